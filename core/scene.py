@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a caller describes: plain frozen dataclasses over numpy arrays.
+
+A scene is written down here without Blender and without any renderer state; `core.compile` turns it into the tables
+that the methods read. World space is right-handed, Z up, units are Blender's (metres, watts). Objects are compared by
+identity, so one `Mesh` or `Material` shared by many instances is stored once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+IDENTITY = np.eye(4)
+
+
+# -- materials ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Link:
+    """An input that takes its value from output `output` of node number `node` of the same graph."""
+
+    node: int
+    output: str
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """One node of a material graph.
+
+    Parameters
+    ----------
+    op : str
+        Name of the operation in `core.nodes` or of the closure, e.g. ``"principled"``, ``"image"``.
+    inputs : mapping of str to Link, float or tuple of float
+        Input by name; what is missing takes the operation's default.
+    properties : mapping
+        What cannot be linked: enums, images, flags.
+    """
+
+    op: str
+    inputs: Mapping[str, Link | float | tuple] = field(default_factory=dict)
+    properties: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """Pixels of a texture.
+
+    Parameters
+    ----------
+    name : str
+        Said in diagnostics.
+    pixels : (H, W, 4) float32 or uint8, or None
+        Row 0 is the bottom row, colours as stored (not yet linear), alpha straight. None: read `filepath`.
+    filepath : str
+        Absolute path, read by OpenImageIO when `pixels` is None.
+    colorspace : str
+        Blender's name of the colour space: ``"sRGB"``, ``"Non-Color"``, ``"Linear Rec.709"``...
+    """
+
+    name: str
+    pixels: np.ndarray | None = None
+    filepath: str = ""
+    colorspace: str = "sRGB"
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """A surface: a graph of nodes and the number of the closure node that reaches the output.
+
+    `surface` is None for a material without a surface shader (it renders black, as in Blender).
+    """
+
+    name: str
+    nodes: tuple[Node, ...] = ()
+    surface: int | None = None
+
+    @classmethod
+    def single(cls, op, name=None, **inputs):
+        """Material of one closure node, e.g. ``Material.single("diffuse", color=(.8, .2, .1))``."""
+        return cls(name or op, (Node(op, inputs),), 0)
+
+    @classmethod
+    def diffuse(cls, color=(0.8, 0.8, 0.8), name="diffuse"):
+        """Lambert reflection of albedo `color`."""
+        return cls.single("diffuse", name, color=_rgb(color))
+
+    @classmethod
+    def emission(cls, color=(1.0, 1.0, 1.0), strength=1.0, name="emission"):
+        """Surface that emits radiance `color * strength` on both sides and reflects nothing."""
+        return cls.single("emission", name, color=_rgb(color), strength=float(strength))
+
+    @classmethod
+    def glossy(cls, color=(0.8, 0.8, 0.8), roughness=0.0, name="glossy"):
+        """Mirror or GGX reflection; `roughness` is Blender's (alpha is its square)."""
+        return cls.single("glossy", name, color=_rgb(color), roughness=float(roughness))
+
+    @classmethod
+    def glass(cls, color=(1.0, 1.0, 1.0), roughness=0.0, ior=1.5, name="glass"):
+        """Dielectric boundary, reflection and refraction."""
+        return cls.single("glass", name, color=_rgb(color), roughness=float(roughness), ior=float(ior))
+
+    @classmethod
+    def principled(cls, name="principled", **inputs):
+        """Blender's Principled BSDF; `inputs` as in `core.nodes`, e.g. ``base_color=``, ``metallic=``."""
+        return cls.single("principled", name, **inputs)
+
+    @classmethod
+    def glowing(cls, color, emission, name="glowing"):
+        """Lambert reflection of albedo `color` plus emitted radiance `emission`."""
+        nodes = (
+            Node("diffuse", {"color": _rgb(color)}),
+            Node("emission", {"color": _rgb(emission), "strength": 1.0}),
+            Node("add_shader", {"a": Link(0, "bsdf"), "b": Link(1, "bsdf")}),
+        )
+        return cls(name, nodes, 2)
+
+
+# -- geometry ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles in object space.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float32
+    triangles : (T, 3) int32 or uint32
+        Vertex numbers, counter-clockwise seen from the front.
+    corners : (T, 3) uint32, optional
+        Where a triangle's corners stand in per-corner arrays; None means ``3 * t + k``.
+    normals : (V, 3) or (C, 3) float32, optional
+        Shading normals; None is flat.
+    normals_domain : {"vertex", "corner"}
+    uvs : mapping of str to (C, 2) float32
+        UV maps, per corner.
+    active_uv : str
+        The map used where none is named; "" is the first.
+    material_index : (T,) int32, optional
+        Slot of each triangle; None is slot 0.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    corners: np.ndarray | None = None
+    normals: np.ndarray | None = None
+    normals_domain: str = "vertex"
+    uvs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    active_uv: str = ""
+    material_index: np.ndarray | None = None
+    name: str = "mesh"
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A mesh placed in the world; `materials[slot]` of each triangle, the last slot when out of range.
+
+    `transform` is a (4, 4) float64 matrix, object to world. No materials, or None in a slot, is Blender's default grey.
+    """
+
+    mesh: Mesh
+    transform: np.ndarray = field(default_factory=lambda: IDENTITY)
+    materials: tuple[Material | None, ...] = ()
+    name: str = "object"
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """Analytic spheres in world space: `centers` (N, 3), `radii` (N,)."""
+
+    centers: np.ndarray
+    radii: np.ndarray
+    material: Material | None = None
+    name: str = "spheres"
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """An infinite plane through `point`, its front where `normal` points."""
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    material: Material | None = None
+    name: str = "plane"
+
+
+# -- lights, in Blender's units (see docs/design.md) -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class PointLight:
+    """`power` (3,) W. `radius` 0 is a point; else a sphere, or with `soft_falloff` a disk that faces the receiver."""
+
+    position: tuple[float, float, float]
+    power: tuple[float, float, float]
+    radius: float = 0.0
+    soft_falloff: bool = True
+    normalize: bool = True
+    casts_shadow: bool = True
+    name: str = "point"
+
+
+@dataclass(frozen=True, eq=False)
+class SpotLight:
+    """A point light seen through a cone around `direction`; `angle` is the full cone angle (rad), `blend` in [0, 1]."""
+
+    position: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    power: tuple[float, float, float]
+    angle: float = 0.785398
+    blend: float = 0.15
+    radius: float = 0.0
+    soft_falloff: bool = True
+    normalize: bool = True
+    casts_shadow: bool = True
+    name: str = "spot"
+
+
+@dataclass(frozen=True, eq=False)
+class SunLight:
+    """Parallel light that travels along `direction`; `irradiance` (3,) W/m2 on a facing plane; `angle` the disk's (rad)."""
+
+    direction: tuple[float, float, float]
+    irradiance: tuple[float, float, float]
+    angle: float = 0.0
+    normalize: bool = True
+    casts_shadow: bool = True
+    name: str = "sun"
+
+
+@dataclass(frozen=True, eq=False)
+class AreaLight:
+    """A one-sided rectangle or ellipse in the XY plane of `transform`, shining towards its -Z.
+
+    `size` are the full side lengths (diameters) along X and Y before `transform`, whose scale multiplies them.
+    `spread` pi is a plain Lambert emitter.
+    """
+
+    transform: np.ndarray
+    power: tuple[float, float, float]
+    size: tuple[float, float] = (1.0, 1.0)
+    shape: str = "RECTANGLE"
+    spread: float = np.pi
+    normalize: bool = True
+    casts_shadow: bool = True
+    name: str = "area"
+
+
+Light = PointLight | SpotLight | SunLight | AreaLight
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Light from infinity: constant `radiance` (3,)."""
+
+    radiance: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+# -- camera ------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A projection through a window.
+
+    Parameters
+    ----------
+    transform : (4, 4) float64
+        Camera to world, rigid; the camera looks along its -Z, +Y is up.
+    window : (left, right, bottom, top)
+        Edges of the whole frame: on the plane at distance 1 for PERSPECTIVE, in world units for ORTHOGRAPHIC.
+        `core.camera.blender_window` derives it from lens, sensor, fit and shift.
+    projection : {"PERSPECTIVE", "ORTHOGRAPHIC"}
+    clip_start, clip_end : float
+        Distances along the view axis outside of which the camera sees nothing.
+    """
+
+    transform: np.ndarray = field(default_factory=lambda: IDENTITY)
+    window: tuple[float, float, float, float] = (-0.5, 0.5, -0.5, 0.5)
+    projection: str = "PERSPECTIVE"
+    clip_start: float = 0.0
+    clip_end: float = float("inf")
+
+
+# -- the whole ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything that is rendered."""
+
+    camera: Camera
+    instances: tuple[Instance, ...] = ()
+    spheres: tuple[Spheres, ...] = ()
+    planes: tuple[Plane, ...] = ()
+    lights: tuple[Light, ...] = ()
+    world: World = field(default_factory=World)
+
+
+def _rgb(color):
+    """A grey number or three numbers as a tuple of three floats."""
+    values = np.broadcast_to(np.asarray(color, dtype=float), (3,))
+    return tuple(float(v) for v in values)
