@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that touches Blender.
+
+Nothing is imported before `register`, so that the command line answers a wrong argument without starting Blender.
+"""
+
+_registered = []
+
+
+def register():
+    """Add the engine, its settings, its panels and its command to Blender; once is enough, twice does no harm."""
+    if _registered:
+        return
+    from . import cli, engine, preferences, properties, ui
+
+    for module in (properties, preferences, engine, ui, cli):
+        module.register()
+        _registered.append(module)
+
+
+def unregister():
+    """Take them out again, the last one first."""
+    while _registered:
+        _registered.pop().unregister()

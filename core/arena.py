@@ -56,6 +56,10 @@ class Arena:
         out = self.empty((*source.shape[:-1], index.size), source.dtype)
         return np.take(source, index, axis=-1, out=out, mode="clip")
 
+    def reset(self):
+        """Give back everything."""
+        self._block = self._top = 0
+
     @contextmanager
     def frame(self):
         """Arrays taken inside are given back at its end."""

@@ -11,7 +11,8 @@ import numpy as np
 
 def lanes(*arrays):
     """Number of lanes of arrays that broadcast together."""
-    return max(a.shape[-1] for a in arrays)
+    counts = [a.shape[-1] for a in arrays]
+    return max(counts) if all(counts) else 0
 
 
 def dot(a, b, arena, out=None):

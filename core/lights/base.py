@@ -1,11 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all lights share. Their contract is in docs/design.md, "A light"."""
+"""What all lights share. Their contract is in docs/design.md, "A light".
+
+A *kind* of light is a table of lights of one sort, with
+
+```
+count                                      number of lights
+extended                                   whether rays can cross its lights, which are no geometry
+at_infinity                                whether its lights have no distance
+power (count,) float64                     emitted power, W; of lights at infinity the irradiance, W/m2
+sample(rows, p, u0, u1, arena)             -> LightSample, given that light `rows` was chosen
+intersect(rows, o, d, tmax, arena)         -> LightHits of rays that cross the light; extended kinds only
+```
+
+`rows` is one light's number, or one for each lane, (N,).
+"""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+
+from ..vecmath import dot
+
+NEAREST_SQUARED = 1e-24  # squared distances are kept above, so that no weight overflows
 
 
 class LightSample(NamedTuple):
@@ -19,3 +37,46 @@ class LightSample(NamedTuple):
     distance: np.ndarray
     weight: np.ndarray
     pdf: np.ndarray
+
+
+class LightHits(NamedTuple):
+    """Rays that cross a light.
+
+    lanes (n,) of the rays given; radiance (3, n) or (3, 1) that arrives along them; pdf (n,) or (1,) per solid angle
+    with which `sample` would have chosen the direction from the ray's origin.
+    """
+
+    lanes: np.ndarray
+    radiance: np.ndarray
+    pdf: np.ndarray
+
+
+def rows_of(table, rows, arena):
+    """Entries `rows` of `table` (C, count) or (count,): one light's as (C, 1), else one for each lane."""
+    if isinstance(rows, int):
+        return table[..., rows : rows + 1]
+    return arena.take(table, rows)
+
+
+def rows_at(rows, lanes, arena):
+    """`rows` of some of the lanes."""
+    return rows if isinstance(rows, int) else arena.take(rows, lanes)
+
+
+def towards(p, target, arena):
+    """Unit vectors from `p` to `target` (3, N) and the distance (N,); +Z where both are at the same place."""
+    w, distance = arena.empty(p.shape), arena.empty(p.shape[-1])
+    np.subtract(target, p, out=w)
+    normalize_length(w, distance, arena)
+    return w, distance
+
+
+def normalize_length(w, length, arena):
+    """Make `w` (3, N) unit in place and write its `length` (N,); the zero vector becomes +Z."""
+    with arena.frame():
+        dot(w, w, arena, out=length)
+        np.sqrt(length, out=length)
+        divisor = np.maximum(length, 1e-30, out=arena.empty(length.shape))
+        np.divide(w, divisor, out=w)
+        nowhere = np.less(length, 1e-19, out=arena.empty(length.shape, bool))
+        np.copyto(w[2], 1.0, where=nowhere)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Every target sets up .venv first when it is missing or stale; `make PYTHON=/path/to/python3.13 test` chooses a Python.
+
+SHELL := /bin/sh
+PY := .venv/bin/python
+export PYTHON
+
+.DEFAULT_GOAL := help
+.PHONY: help venv render test samples lint clean
+
+help:
+	@echo "make render   path-trace sample_blends/cornell.blend to renders/cornell.png and .exr"
+	@echo "make test     ruff and all tests"
+	@echo "make samples  write sample_blends/*.blend anew"
+	@echo "make lint     ruff alone"
+	@echo "make clean    remove .venv and what the tools left behind"
+
+venv:
+	@.ci/venv
+
+render: venv
+	@mkdir -p renders
+	@$(PY) -m zraka render sample_blends/cornell.blend --method pathtrace \
+		--output renders/cornell.png --output renders/cornell.exr
+
+test: lint
+	@$(PY) -m pytest -n 2 --dist loadfile -m ""
+
+lint: venv
+	@$(PY) -m ruff check .
+	@$(PY) -m ruff format --check .
+
+samples: venv
+	@$(PY) sample_blends/make.py
+
+clean:
+	rm -rf .venv .pytest_cache .ruff_cache zraka.egg-info build

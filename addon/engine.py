@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine as Blender sees it; `session` does the work."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import passes
+from .session import Session
+
+ENGINE = "ZRAKA"
+
+
+class ZrakaRenderEngine(bpy.types.RenderEngine):
+    """Ray casting, ray tracing and path tracing in numpy over Embree."""
+
+    bl_idname = ENGINE
+    bl_label = "Zraka"
+    bl_use_preview = False
+    bl_use_shading_nodes_custom = False
+    bl_use_eevee_viewport = True
+    bl_use_postprocess = True
+
+    def __init__(self, *args, **kwargs):
+        # Blender makes engines only to ask for their passes, too: nothing may happen here.
+        super().__init__(*args, **kwargs)
+        self.session = Session()
+
+    def update_render_passes(self, scene, view_layer):
+        """Tell which passes a view layer will have."""
+        passes.register_passes(self, scene, view_layer)
+
+    def update(self, data, depsgraph):
+        """Export, while Blender's data is locked."""
+        self.session.update(self, depsgraph)
+
+    def render(self, depsgraph):
+        """Trace what was exported."""
+        self.session.render(self, depsgraph)
+
+
+def register():
+    """Add the engine."""
+    bpy.utils.register_class(ZrakaRenderEngine)
+
+
+def unregister():
+    """Remove it."""
+    bpy.utils.unregister_class(ZrakaRenderEngine)

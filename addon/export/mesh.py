@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes.
+
+`foreach_get` copies a whole array at once only where its type is exactly the stored one: float32 attributes, uint32
+corners of loop triangles, int32 for the rest. Other types and the older accessors (`vertices.co`,
+`loop_triangles.vertices`) are read element by element, a hundred times slower.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core import scene as description
+
+
+def export_mesh(obj, name):
+    """The mesh of an evaluated object in its own space, or None where it has no faces.
+
+    Parameters
+    ----------
+    obj : bpy.types.Object
+        Evaluated, with a mesh as data.
+    name : str
+
+    Returns
+    -------
+    core.scene.Mesh or None
+    """
+    mesh = obj.to_mesh()
+    try:
+        return _read(mesh, name)
+    finally:
+        obj.to_mesh_clear()
+
+
+def _read(mesh, name):
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    if count == 0:
+        return None
+    corners = _get(mesh.loop_triangles, "loops", (count, 3), np.uint32)
+    corner_vertices = _get(mesh.attributes[".corner_vert"].data, "value", len(mesh.loops), np.int32)
+    normals, domain = _normals(mesh)
+    return description.Mesh(
+        vertices=_get(mesh.attributes["position"].data, "vector", (len(mesh.vertices), 3), np.float32),
+        triangles=np.take(corner_vertices, corners),
+        corners=corners,
+        normals=normals,
+        normals_domain=domain,
+        uvs={layer.name: _get(layer.uv, "vector", (len(mesh.loops), 2), np.float32) for layer in mesh.uv_layers},
+        active_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
+        material_index=_material_index(mesh, count),
+        name=name,
+    )
+
+
+def _normals(mesh):
+    """Shading normals and what they belong to; None where all faces are flat."""
+    if mesh.normals_domain == "POINT":
+        return _get(mesh.vertex_normals, "vector", (len(mesh.vertices), 3), np.float32), "vertex"
+    if mesh.normals_domain == "CORNER":
+        return _get(mesh.corner_normals, "vector", (len(mesh.loops), 3), np.float32), "corner"
+    return None, "vertex"
+
+
+def _material_index(mesh, count):
+    """Slot of each triangle, None where all are in the first."""
+    attribute = mesh.attributes.get("material_index")
+    if attribute is None or attribute.domain != "FACE" or attribute.data_type != "INT":
+        return None
+    of_face = _get(attribute.data, "value", len(mesh.polygons), np.int32)
+    if not of_face.any():
+        return None
+    return np.take(of_face, _get(mesh.loop_triangle_polygons, "value", count, np.int32))
+
+
+def _get(collection, attribute, shape, dtype):
+    """All of `attribute` in `collection` as an array."""
+    out = np.zeros(shape, dtype)
+    collection.foreach_get(attribute, out.reshape(-1))
+    return out

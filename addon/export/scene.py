@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One pass over the dependency graph."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ...core import scene as description
+from .camera import export_camera, frame_size, render_border
+from .image import Images
+from .light import export_light
+from .material import Materials
+from .mesh import export_mesh
+from .points import export_points
+from .visibility import diagnose_object
+from .world import export_world
+
+__all__ = ("export_scene", "frame_size", "render_border")
+
+_NOT_YET = {
+    "CURVES": "hair curves are not rendered yet",
+    "VOLUME": "volumes are not rendered yet",
+    "GREASEPENCIL": "grease pencil is not rendered by Zraka",
+    "GPENCIL": "grease pencil is not rendered by Zraka",
+}
+
+
+def export_scene(depsgraph, diagnostics, camera=None, size=None):
+    """Everything that the dependency graph shows, copied.
+
+    Parameters
+    ----------
+    depsgraph : bpy.types.Depsgraph
+        A render's leaves out what is hidden in renders, a viewport's what is hidden there.
+    diagnostics : Diagnostics
+    camera : bpy.types.Object or str, optional
+        Another camera than the scene's.
+    size : (width, height), optional
+        Of the whole frame in pixels; the scene's by default.
+
+    Returns
+    -------
+    core.scene.Scene
+
+    Raises
+    ------
+    SceneError
+        There is no camera.
+    """
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    if scene.render.use_motion_blur:
+        diagnostics.warn("motion blur is not rendered yet")
+    seen_by = export_camera(depsgraph, diagnostics, camera, size)
+    objects = _Objects(depsgraph, diagnostics)
+    for instance in depsgraph.object_instances:
+        if instance.show_self:
+            objects.add(instance)
+    return description.Scene(
+        camera=seen_by,
+        instances=tuple(objects.instances),
+        spheres=tuple(objects.spheres),
+        planes=tuple(objects.planes),
+        lights=tuple(objects.lights),
+        world=export_world(getattr(layer, "world_override", None) or scene.world, objects.images, diagnostics),
+    )
+
+
+class _Objects:
+    """Collects what the objects become; nothing of an instance outlives `add`, as Blender reuses it."""
+
+    def __init__(self, depsgraph, diagnostics):
+        self.instances, self.spheres, self.planes, self.lights = [], [], [], []
+        self.images = Images(diagnostics)
+        self._materials = Materials(self.images, diagnostics)
+        self._override = depsgraph.view_layer_eval.material_override
+        self._depsgraph = depsgraph
+        self._diagnostics = diagnostics
+        self._meshes = {}
+        self._diagnosed = set()
+
+    def add(self, instance):
+        """Add one entry of the dependency graph."""
+        obj, data = instance.object, instance.object.data
+        self._diagnose(instance)
+        # Text, curves and metaballs come twice: as what they are and as the mesh made of them. Only the mesh counts.
+        if type(data) is bpy.types.Mesh:
+            self._add_mesh(obj, data, _matrix(instance))
+        elif isinstance(data, bpy.types.Light):
+            light = export_light(data, _matrix(instance), obj.name, self.images, self._diagnostics)
+            if light is not None:
+                self.lights.append(light)
+        elif isinstance(data, bpy.types.PointCloud):
+            material = self._materials_of(obj, data)[:1] or (None,)
+            spheres = export_points(data, _matrix(instance), material[0], obj.name, self._diagnostics)
+            if spheres is not None:
+                self.spheres.append(spheres)
+        elif obj.type == "EMPTY":
+            self._add_plane(obj, _matrix(instance))
+        elif obj.type in _NOT_YET:
+            self._diagnostics.warn(_NOT_YET[obj.type], f"object '{obj.name}'")
+
+    def _add_mesh(self, obj, data, transform):
+        # Evaluated meshes live as long as the dependency graph, so their address tells them apart.
+        key = data.as_pointer()
+        if key not in self._meshes:
+            self._meshes[key] = export_mesh(obj, data.name)
+        mesh = self._meshes[key]
+        if mesh is not None:
+            self.instances.append(description.Instance(mesh, transform, self._materials_of(obj, data), obj.name))
+
+    def _materials_of(self, obj, data):
+        """The material of each slot: the object's where the slot says so, else the data's."""
+        if self._override is not None:
+            return (self._materials(self._override),)
+        materials = list(data.materials)
+        for index, slot in enumerate(obj.material_slots):
+            if slot.link == "OBJECT":
+                materials.extend([None] * (index + 1 - len(materials)))
+                materials[index] = slot.material
+        return tuple(self._materials(material) for material in materials)
+
+    def _add_plane(self, obj, transform):
+        """An empty marked as an infinite plane: its XY plane, the front where its Z axis points."""
+        settings = getattr(obj, "zraka", None)
+        if not getattr(settings, "plane", False):
+            return
+        normal = np.cross(transform[:3, 0], transform[:3, 1])
+        length = np.linalg.norm(normal)
+        if length == 0:
+            self._diagnostics.warn("a plane scaled to nothing is not rendered", f"object '{obj.name}'")
+            return
+        normal *= np.copysign(1 / length, normal @ transform[:3, 2])
+        material = getattr(settings, "plane_material", None)
+        if material is not None:
+            material = material.evaluated_get(self._depsgraph)
+        self.planes.append(
+            description.Plane(
+                tuple(transform[:3, 3].tolist()), tuple(normal.tolist()), self._materials(material), obj.name
+            )
+        )
+
+    def _diagnose(self, instance):
+        """Settings that are not honoured, said once for an object and for what instances it."""
+        for obj in (instance.object, instance.parent):
+            if obj is not None and obj.name_full not in self._diagnosed:
+                self._diagnosed.add(obj.name_full)
+                diagnose_object(obj, self._depsgraph.view_layer_eval, self._diagnostics)
+
+
+def _matrix(instance):
+    """Object to world, (4, 4) float64, a copy."""
+    return np.array(instance.matrix_world, np.float64)

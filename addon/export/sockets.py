@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Types and values of sockets, and Blender's conversions between them."""
+
+from __future__ import annotations
+
+_KINDS = {
+    "VALUE": "float",
+    "INT": "int",
+    "BOOLEAN": "bool",
+    "RGBA": "color",
+    "VECTOR": "vector",
+    "SHADER": "shader",
+}
+_LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+
+def kind(socket):
+    """The socket's type in the core's words, e.g. color; what the core lacks is Blender's own in lower case."""
+    return _KINDS.get(socket.type, socket.type.lower())
+
+
+def constant(socket):
+    """The value shown in the socket: a number or three; None where it shows none."""
+    if socket.hide_value or kind(socket) not in ("float", "int", "bool", "color", "vector"):
+        return None
+    value = socket.default_value
+    if kind(socket) in ("color", "vector"):
+        return tuple(float(v) for v in value[:3])
+    return float(value)
+
+
+def convert(value, source, target):
+    """A constant of kind `source` as one of kind `target`: luminance of a colour, mean of a vector."""
+    if source in ("color", "vector"):
+        if target in ("color", "vector"):
+            return value
+        weights = _LUMINANCE if source == "color" else (1 / 3, 1 / 3, 1 / 3)
+        value = sum(v * w for v, w in zip(value, weights, strict=True))
+    elif target in ("color", "vector"):
+        return (value, value, value)
+    if target == "int":
+        return float(int(value))
+    return float(value > 0) if target == "bool" else value

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender without a window: open a file, export its scene, write a picture.
+
+Blender is imported by `load_blender`, not before, so that the command line refuses wrong arguments without it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from ..core.diagnostics import SceneError
+
+FORMATS = {".png": "PNG", ".exr": "OPEN_EXR"}
+
+
+def load_blender():
+    """Import Blender and add Zraka to it.
+
+    Raises
+    ------
+    SceneError
+        Where it is not installed.
+    """
+    try:
+        import bpy
+    except ImportError as error:
+        raise SceneError(f"Blender's Python module is missing ({error}); pip install 'zraka[blender]'") from error
+    from . import register
+
+    register()
+    return bpy
+
+
+def open_scene(bpy, args):
+    """Open the file and make the scene what the arguments say.
+
+    Raises
+    ------
+    SceneError
+    """
+    try:
+        with quiet():
+            bpy.ops.wm.open_mainfile(filepath=str(args.file.absolute()), load_ui=False)
+    except RuntimeError as error:
+        raise SceneError(f"{args.file} cannot be opened: {_one_line(error)}") from error
+    scene = bpy.context.scene
+    if args.frame is not None:
+        scene.frame_set(args.frame)
+    if args.camera is not None:
+        camera = scene.objects.get(args.camera)
+        if camera is None or camera.type != "CAMERA":
+            names = ", ".join(o.name for o in scene.objects if o.type == "CAMERA") or "none"
+            raise SceneError(f"{args.file} has no camera named {args.camera!r}; its cameras: {names}")
+        scene.camera = camera
+        for marker in scene.timeline_markers:
+            marker.camera = None  # Blender would turn back to the camera of the frame's marker.
+    if scene.camera is None:
+        raise SceneError(f"{args.file} has no camera; set one in the scene or name one with --camera")
+    return scene
+
+
+def export(bpy, scene, args):
+    """Export by way of an engine that does nothing else: only an engine is given what is seen in renders.
+
+    Tracing then happens outside of Blender's render operator, where Ctrl-C is ours.
+    """
+    from . import session
+    from .engine import ZrakaRenderEngine
+
+    chosen = {name: getattr(args, name) for name in ("method", "samples", "depth", "threads", "seed", "time_limit")}
+    outcome = []
+
+    class ExportEngine(bpy.types.RenderEngine):
+        bl_idname = "ZRAKA_EXPORT"
+        bl_label = "Zraka's export"
+
+        def update(self, data, depsgraph):
+            try:
+                outcome.append(session.export_job(depsgraph, size=args.size, **chosen))
+            except BaseException as error:
+                outcome.append(error)  # Blender would swallow it.
+
+        def render(self, depsgraph):
+            """Without this method Blender does not call `update`."""
+
+    layers = [layer.name for layer in scene.view_layers if layer.use] or [scene.view_layers[0].name]
+    bpy.utils.register_class(ExportEngine)
+    try:
+        scene.render.engine = ExportEngine.bl_idname
+        composited = scene.render.use_compositing and _has_compositing(scene)
+        scene.render.use_compositing = scene.render.use_sequencer = False
+        with quiet():
+            bpy.ops.render.render(scene=scene.name, layer=layers[0])
+    except RuntimeError as error:
+        raise SceneError(_one_line(error)) from error
+    finally:
+        scene.render.engine = ZrakaRenderEngine.bl_idname
+        bpy.utils.unregister_class(ExportEngine)
+    if not outcome:
+        raise SceneError("Blender rendered nothing; look at the scene's size, border and view layers")
+    job = outcome[0]
+    if isinstance(job, BaseException):
+        raise job
+    if len(layers) > 1:
+        job.diagnostics.warn(f"the command line renders the view layer {layers[0]!r} only")
+    if composited:
+        job.diagnostics.warn("the command line does not run the compositor")
+    return job
+
+
+def _has_compositing(scene):
+    """Tell whether the scene has compositor nodes; Blender 5 keeps them elsewhere."""
+    if hasattr(scene, "compositing_node_group"):
+        return scene.compositing_node_group is not None
+    return scene.use_nodes
+
+
+def scene_output(scene):
+    """Where the scene itself would write, as a format of ours."""
+    path = Path(scene.render.frame_path(frame=scene.frame_current))
+    return path.with_suffix(".exr" if "EXR" in scene.render.image_settings.file_format else ".png")
+
+
+def framed(image, settings, crop):
+    """Put a border's picture into the whole frame, black and transparent around it, unless it is to be cropped."""
+    if crop or settings.border is None:
+        return image
+    x0, y0, x1, y1 = settings.border
+    frame = np.zeros((settings.height, settings.width, 4), np.float32)
+    frame[y0:y1, x0:x1] = image
+    return frame
+
+
+def write_picture(bpy, scene, picture, path):
+    """Save (H, W, 4) linear colours through Blender: EXR as they are, PNG through the scene's view transform."""
+    height, width = picture.shape[:2]
+    image = bpy.data.images.new("Zraka", width, height, alpha=True, float_buffer=True)
+    image.pixels.foreach_set(np.ascontiguousarray(picture, np.float32).reshape(-1))
+    kind = scene.render.image_settings
+    if hasattr(kind, "media_type"):  # Blender 5
+        kind.media_type = "IMAGE"
+    kind.file_format = FORMATS[path.suffix.lower()]
+    kind.color_mode = "RGBA"
+    kind.color_depth = "32" if kind.file_format == "OPEN_EXR" else "8"
+    try:
+        with quiet():
+            image.save_render(str(path), scene=scene)
+    except RuntimeError as error:
+        raise SceneError(f"{path} cannot be written: {_one_line(error)}") from error
+    finally:
+        bpy.data.images.remove(image)
+
+
+@contextlib.contextmanager
+def quiet():
+    """Keep Blender's own messages off the standard output; it prints through Python and through C."""
+    libc = ctypes.CDLL(None if os.name == "posix" else "ucrtbase")
+    sys.stdout.flush()
+    kept = os.dup(1)
+    with open(os.devnull, "w") as null, contextlib.redirect_stdout(null):
+        os.dup2(null.fileno(), 1)
+        try:
+            yield
+        finally:
+            libc.fflush(None)
+            os.dup2(kept, 1)
+            os.close(kept)
+
+
+def _one_line(error):
+    return " ".join(str(error).removeprefix("Error: ").split())

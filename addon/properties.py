@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's and the objects' settings, and how they become `core.settings.Settings`."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+
+from ..core.settings import Settings
+
+METHODS = (
+    ("PHONG", "Phong", "Ambient, diffuse and specular light of every lamp; no shadows, no secondary rays: the fastest"),
+    ("RAYCAST", "Ray Casting", "Phong where a shadow ray finds the lamp free: hard shadows at one ray a lamp more"),
+    ("RAYTRACE", "Ray Tracing", "Ray casting and mirror and refracted rays, to the depth chosen: no soft light"),
+    ("PATHTRACE", "Path Tracing", "All light, by random paths: right on average, and noise falls with samples"),
+)
+OVERRIDES = ("reflectivity", "transparency", "ior", "exponent", "ambient")
+SAME_NAME = (
+    "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect"
+).split()
+
+
+def _override(name):
+    return BoolProperty(name=f"Override {name}", description=f"Give every material the same {name}", default=False)
+
+
+class ZrakaSceneSettings(bpy.types.PropertyGroup):
+    """How a scene is rendered: ``scene.zraka``."""
+
+    method: EnumProperty(name="Method", description="How light is simulated", items=METHODS, default="PATHTRACE")
+    samples: IntProperty(
+        name="Samples",
+        description="Samples of every pixel. Four times as many halve the noise and take four times as long",
+        default=128,
+        min=1,
+        soft_max=4096,
+    )
+    depth: IntProperty(
+        name="Depth",
+        description="Hits along a path: 1 sees direct light only, Blender's N bounces are N + 1. "
+        "A small depth loses indirect light (too dark) and saves time",
+        default=8,
+        min=1,
+        max=65536,
+        soft_max=64,
+    )
+    transparent_depth: IntProperty(
+        name="Transparent Depth",
+        description="Transparent surfaces a ray may pass straight through; beyond them is black. "
+        "They cost time only where they stand one behind another",
+        default=8,
+        min=0,
+        max=65536,
+        soft_max=64,
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Number that chooses the noise: the same seed gives the same picture, at no cost",
+        default=0,
+        min=0,
+    )
+    time_limit: FloatProperty(
+        name="Time Limit",
+        description="Seconds after which no further pass starts, whatever noise is left; 0 is no limit",
+        default=0.0,
+        min=0.0,
+        soft_max=3600.0,
+        step=100,
+        precision=1,
+    )
+    noise_target: FloatProperty(
+        name="Noise Target",
+        description="Stop when the estimated relative error is below this, e.g. 0.02 for 2%; 0 takes all samples. "
+        "Half the error takes four times the time",
+        default=0.0,
+        min=0.0,
+        soft_max=0.2,
+        precision=4,
+    )
+    adaptive: BoolProperty(
+        name="Adaptive",
+        description="With a noise target: pixels that have reached it take no further samples, "
+        "which saves time where the picture is smooth",
+        default=False,
+    )
+    clamp_direct: FloatProperty(
+        name="Clamp Direct",
+        description="Largest value of one sample of direct light: fewer bright dots, but light is lost; 0 is off",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+    )
+    clamp_indirect: FloatProperty(
+        name="Clamp Indirect",
+        description="Largest value of one sample of indirect light: fewer bright dots, but light is lost; 0 is off",
+        default=0.0,
+        min=0.0,
+        soft_max=100.0,
+    )
+    use_reflectivity: _override("reflectivity")
+    reflectivity: FloatProperty(
+        name="Reflectivity",
+        description="Share k_s of the mirror ray in every material; 0 sends none and is fastest",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+    )
+    use_transparency: _override("transparency")
+    transparency: FloatProperty(
+        name="Transparency",
+        description="Share k_t of the refracted ray in every material; 0 sends none and is fastest",
+        default=0.0,
+        min=0.0,
+        max=1.0,
+    )
+    use_ior: _override("IOR")
+    ior: FloatProperty(
+        name="IOR",
+        description="Index of refraction of every material; it turns the refracted ray, at no cost",
+        default=1.5,
+        min=1.0,
+        soft_max=3.0,
+    )
+    use_exponent: _override("exponent")
+    exponent: FloatProperty(
+        name="Exponent",
+        description="Phong exponent of every material: large is a small highlight; it costs nothing",
+        default=50.0,
+        min=0.0,
+        soft_max=1000.0,
+    )
+    use_ambient: _override("ambient light")
+    ambient: FloatProperty(
+        name="Ambient",
+        description="Light that reaches every point alike, in place of the world's; it costs nothing",
+        default=0.1,
+        min=0.0,
+        soft_max=1.0,
+    )
+
+
+class ZrakaObjectSettings(bpy.types.PropertyGroup):
+    """What an object is to Zraka: ``object.zraka``."""
+
+    plane: BoolProperty(
+        name="Zraka Plane",
+        description="Render this empty as an infinite plane through its origin, its front along its Z axis",
+        default=False,
+    )
+    plane_material: PointerProperty(name="Material", description="Material of the plane", type=bpy.types.Material)
+
+
+def settings_of(scene, **overrides):
+    """Read `core.settings.Settings` from a scene.
+
+    Parameters
+    ----------
+    scene : bpy.types.Scene
+    **overrides
+        Fields of `Settings` that do not come from the scene; None means that it does.
+    """
+    group = scene.zraka
+    chosen = {name: getattr(group, name) for name in SAME_NAME}
+    chosen["method"] = group.method.lower()
+    chosen["threads"] = scene.render.threads if scene.render.threads_mode == "FIXED" else 0
+    chosen["transparent_film"] = scene.render.film_transparent
+    chosen |= {name: getattr(group, name) for name in OVERRIDES if getattr(group, f"use_{name}")}
+    chosen |= {name: value for name, value in overrides.items() if value is not None}
+    return Settings(**chosen)
+
+
+CLASSES = (ZrakaSceneSettings, ZrakaObjectSettings)
+
+
+def register():
+    """Add ``scene.zraka`` and ``object.zraka``."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.zraka = PointerProperty(name="Zraka", type=ZrakaSceneSettings)
+    bpy.types.Object.zraka = PointerProperty(name="Zraka", type=ZrakaObjectSettings)
+
+
+def unregister():
+    """Remove them."""
+    del bpy.types.Object.zraka
+    del bpy.types.Scene.zraka
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

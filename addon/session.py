@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One view layer of one render: exported while Blender's data is locked, traced and shown afterwards.
+
+A `Job` holds plain arrays. It is made by the thread on which Blender called us, and nothing that the workers see leads
+back to Blender: the engine may be deleted while they run.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from ..core.diagnostics import Diagnostics, SceneError
+from ..core.scene import Scene
+from ..core.settings import Settings
+from . import passes, properties
+
+log = logging.getLogger(__name__)
+
+SHOW_EVERY = 0.25
+"""Seconds between two pictures in the image editor: Blender merges every pass of the result for each."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What there is to render, without Blender."""
+
+    scene: Scene
+    settings: Settings
+    diagnostics: Diagnostics
+    export_seconds: float
+
+
+def export_job(depsgraph, camera=None, size=None, **overrides):
+    """Read a `Job` from Blender.
+
+    Parameters
+    ----------
+    depsgraph : bpy.types.Depsgraph
+        Evaluated for rendering.
+    camera : bpy.types.Object, optional
+        In place of the scene's.
+    size : (width, height), optional
+        In place of the scene's.
+    **overrides
+        As of `properties.settings_of`.
+
+    Raises
+    ------
+    SceneError
+        If the scene cannot be rendered.
+    """
+    # Imported here: enabling the add-on should not load Embree, and should work where it is missing.
+    from .export.camera import frame_size, render_border
+    from .export.scene import export_scene
+
+    started = time.perf_counter()
+    diagnostics = Diagnostics()
+    scene = depsgraph.scene_eval
+    width, height = size or frame_size(scene)
+    border = render_border(scene, width, height)
+    settings = properties.settings_of(scene, width=width, height=height, border=border, **overrides)
+    if scene.render.use_multiview:
+        diagnostics.warn("stereo views are not rendered apart; each shows the picture of the one camera")
+    description = export_scene(depsgraph, diagnostics, camera=camera, size=(width, height))
+    return Job(description, settings, diagnostics, time.perf_counter() - started)
+
+
+class Display:
+    """The picture in Blender while it is rendered.
+
+    One render result stays open from the first pass to the last; it is refreshed on a budget of time, not by the pass.
+    """
+
+    def __init__(self, engine, view_layer, settings):
+        self._engine = engine
+        self._view_layer = view_layer
+        self._settings = settings
+        # Blender cuts the rectangle down to the border by itself.
+        self._result = engine.begin_result(0, 0, settings.width, settings.height, layer=view_layer.name)
+        self._next = 0.0
+
+    @property
+    def layer(self):
+        """Blender's render layer, None when the view layer is switched off."""
+        return next(iter(self._result.layers), None)
+
+    def on_pass(self, film, progress):
+        """Show the film when it is time for it; called after every pass."""
+        if time.perf_counter() < self._next:
+            return
+        self._write(film)
+        self._engine.update_result(self._result)
+        self._engine.update_progress(progress)
+        self._engine.update_stats("", progress_line(film, self._settings))
+        self._next = time.perf_counter() + SHOW_EVERY
+
+    def close(self, film):
+        """Leave the last picture standing; a render that was cancelled keeps what it has."""
+        if film is not None:
+            self._write(film)
+        self._engine.end_result(self._result)
+
+    def _write(self, film):
+        if self.layer is not None:
+            passes.write_passes(film, self.layer, self._view_layer)
+
+
+def progress_line(film, settings):
+    """Say in one line how far a film is."""
+    return f"Sample {film.samples}/{settings.samples}, estimated error {film.error():.2%}"
+
+
+def render_job(job, engine, view_layer):
+    """Trace a job and show it in Blender until it is done, cancelled or interrupted."""
+    from ..core.compile import compile_scene
+    from ..core.render import render
+
+    engine.update_stats("", "Compiling")
+    settings = job.settings
+    compiled = compile_scene(job.scene, settings, job.diagnostics)
+    display = Display(engine, view_layer, settings)
+    film = None
+
+    def on_pass(latest, progress):
+        nonlocal film
+        film = latest
+        display.on_pass(latest, progress)
+
+    try:
+        if display.layer is not None:
+            for name in passes.missing_passes(display.layer, view_layer):
+                job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
+        film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
+    finally:
+        display.close(film)
+
+
+class Session:
+    """What an engine does, layer after layer; the engine itself only delegates."""
+
+    def __init__(self):
+        self._job = None
+        self._said = set()
+
+    def update(self, engine, depsgraph):
+        """Export; the only time Blender's data is read."""
+        self._job = None
+        with reported(engine):
+            engine.update_stats("", "Exporting")
+            self._job = export_job(depsgraph, camera=engine.camera_override)
+            self._warn(engine, self._job)
+
+    def render(self, engine, depsgraph):
+        """Trace what `update` exported; nothing when that failed."""
+        job, self._job = self._job, None
+        if job is None:
+            return
+        with reported(engine):
+            try:
+                render_job(job, engine, depsgraph.view_layer_eval)
+            finally:
+                self._warn(engine, job)
+
+    def _warn(self, engine, job):
+        for message in job.diagnostics.messages():
+            if message not in self._said:
+                self._said.add(message)
+                engine.report({"WARNING"}, message)
+
+
+@contextmanager
+def reported(engine):
+    """Turn an exception into one sentence for the user, with the traceback on the console.
+
+    Blender itself would print it and show a black picture; only a report of an error stops an animation.
+    """
+    try:
+        yield
+    except SceneError as error:
+        engine.report({"ERROR"}, str(error))
+    except ImportError as error:
+        log.exception("Zraka lacks a library")
+        engine.report({"ERROR"}, f"Zraka lacks a library ({error}); install Zraka's extension .zip of this platform")
+    except KeyboardInterrupt:
+        engine.report({"ERROR"}, "The render was interrupted; the samples so far were kept")
+    except Exception as error:
+        log.exception("Zraka stopped")
+        text = " ".join(str(error).split())
+        engine.report({"ERROR"}, f"Zraka stopped ({type(error).__name__}: {text}); the console has the traceback")

@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which primitive a ray hits: Embree through embreex, and what Embree lacks.
+
+embreex copies triangles one by one and knows no spheres. So geometry is attached through Embree's documented C API, on
+the scene that embreex made and on memory shared with numpy; embreex then traces as usual. Where that scene cannot be
+reached safely, `TriangleMesh` and spheres in closed form take over, with the same hits.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from functools import cache, partial
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+import embreex
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore import EmbreeDevice
+from embreex.rtcore_scene import EmbreeScene
+
+from .planes import plane_distance, sphere_distance
+
+# Of Embree's rtcore_geometry.h and rtcore_common.h, the same since version 4.0.
+_TRIANGLES, _SPHERE_POINTS = 0, 50
+_INDEX, _VERTEX = 0, 1
+_UINT3, _FLOAT3, _FLOAT4 = 0x5003, 0x9003, 0x9004
+
+# Where embreex keeps its handles, in bytes from the start of the object.
+_SCENE_AT, _DEVICE_OBJECT_AT, _DEVICE_AT = 16, 32, 16
+
+
+class Hits(NamedTuple):
+    """First hits: `t` (N,) in units of |d|, `prim` (N,) int32, -1 for a miss, barycentrics `u`, `v` (N,) of triangles.
+
+    The point hit is ``(1 - u - v) v0 + u v1 + v v2``. A miss has no meaningful `t`.
+    """
+
+    t: np.ndarray
+    prim: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+
+
+class Accel:
+    """Answers rays against a `Geometry`. The tree is built here; afterwards any number of threads may ask.
+
+    Parameters
+    ----------
+    geometry : Geometry
+    native : bool
+        False keeps to embreex's own interface, as where Embree's C API cannot be reached.
+
+    Notes
+    -----
+    Both queries take `o` (3, N), `d` (3, N) or (3, 1) of any length, and `tmax` (N,) in units of |d| or None, all
+    float32; none is modified. A surface at distance 0 counts as hit, so origins must clear it first
+    (`core.interaction`). Rays with NaN or without a direction miss. `clock.seconds` grows by the time spent in Embree.
+    """
+
+    def __init__(self, geometry, native=True):
+        first_plane = geometry.count - geometry.plane_count
+        self._analytic = [
+            (first_plane + k, partial(plane_distance, geometry.plane_points[:, k], geometry.plane_normals[:, k]))
+            for k in range(geometry.plane_count)
+        ]
+        device = EmbreeDevice()
+        self._scene = EmbreeScene(device, robust=True)
+        api = _Api.reach(self._scene, device) if native else None
+        self._buffers = []
+        self._triangle_count = geometry.triangle_count
+        if geometry.triangle_count and not (api and self._attach_triangles(api, geometry.facets)):
+            TriangleMesh(self._scene, np.ascontiguousarray(geometry.corners.T).reshape(-1, 3, 3))
+        self._spheres_attached = bool(
+            api and geometry.sphere_count and _sees_inside() and self._attach_spheres(api, _sphere_table(geometry))
+        )
+        if not self._spheres_attached:
+            self._analytic += [
+                (geometry.triangle_count + s, partial(sphere_distance, geometry.centers[:, s], geometry.radii[s]))
+                for s in range(geometry.sphere_count)
+            ]
+        self.native = api is not None
+        # The first ray makes Embree build its tree; that must not happen in a worker.
+        self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
+
+    def intersect(self, o, d, tmax, arena, clock=None):
+        """First hit of every ray, as `Hits` that are valid until the arena's frame ends."""
+        # embreex writes the distances into the array it was given.
+        found = self._run(o, d, None if tmax is None else _copy(tmax, arena), clock, query="INTERSECT", output=True)
+        t, prim = found["tfar"], found["primID"]
+        if self._spheres_attached and self._triangle_count:
+            with arena.frame():
+                on_sphere = np.equal(found["geomID"], 1, out=arena.empty(prim.shape, bool))
+                np.add(prim, self._triangle_count, out=prim, where=on_sphere)
+        for number, distance in self._analytic:
+            with arena.frame():
+                s = distance(o, d, arena)
+                nearer = np.less(s, t, out=arena.empty(t.shape, bool))
+                np.copyto(t, s, where=nearer)
+                np.copyto(prim, np.int32(number), where=nearer)
+        return Hits(t, prim, found["u"], found["v"])
+
+    def occluded(self, o, d, tmax, arena, clock=None):
+        """True where something lies within `tmax`, (N,) bool."""
+        blocked = arena.empty(o.shape[1], bool)
+        # Without `output`, with which embreex would hand out uninitialised memory.
+        np.equal(self._run(o, d, tmax, clock, query="OCCLUDED"), 0, out=blocked)
+        for _, distance in self._analytic:
+            with arena.frame():
+                s = distance(o, d, arena)
+                nearer = np.less(s, np.float32(np.inf) if tmax is None else tmax, out=arena.empty(s.shape, bool))
+                np.logical_or(blocked, nearer, out=blocked)
+        return blocked
+
+    def _run(self, o, d, tmax, clock, **query):
+        # embreex does not compare lengths, and would read past the end of the shorter array.
+        if d.shape not in (o.shape, (3, 1)) or (tmax is not None and tmax.shape != o.shape[1:]):
+            raise ValueError(f"rays do not fit: o {o.shape}, d {d.shape}, tmax {None if tmax is None else tmax.shape}")
+        if clock is None:
+            return self._scene.run(o.T, d.T, dists=tmax, **query)
+        start = perf_counter()
+        found = self._scene.run(o.T, d.T, dists=tmax, **query)
+        clock.seconds += perf_counter() - start
+        return found
+
+    def _attach_triangles(self, api, facets):
+        # A facet is four points to Embree, of which the fourth, the normal, is in no triangle. Embree may read 16 bytes
+        # from the last index on.
+        index = np.zeros((len(facets) + 2, 3), np.uint32)
+        index[:-2] = np.arange(0, 4 * len(facets), 4, dtype=np.uint32)[:, None] + np.arange(3, dtype=np.uint32)
+        self._buffers += [facets, index]
+        return api.attach(
+            _TRIANGLES, [(_VERTEX, _FLOAT3, facets, 16, 4 * len(facets)), (_INDEX, _UINT3, index, 12, len(facets))]
+        )
+
+    def _attach_spheres(self, api, spheres):
+        self._buffers.append(spheres)
+        return api.attach_spheres(spheres)
+
+
+def _sphere_table(geometry):
+    return np.ascontiguousarray(np.vstack([geometry.centers, geometry.radii]).T)
+
+
+@cache
+def _sees_inside():
+    """Whether this Embree reports a sphere's far side to a ray from inside; Blender's is built to cull it."""
+    device = EmbreeDevice()
+    scene = EmbreeScene(device, robust=True)
+    api, spheres = _Api.reach(scene, device), np.array([[0, 0, 0, 1]], np.float32)
+    ray = np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32)
+    return api.attach_spheres(spheres) and int(scene.run(*ray, query="OCCLUDED")[0]) == 0
+
+
+def _copy(array, arena):
+    out = arena.empty(array.shape)
+    np.copyto(out, array)
+    return out
+
+
+# -- Embree's C API ----------------------------------------------------------------------------------------------------
+
+
+class _Api:
+    """Embree's C API on the device and scene of embreex's objects."""
+
+    def __init__(self, library, device, scene):
+        self._library, self._device, self._scene = library, device, scene
+
+    @classmethod
+    def reach(cls, scene, device):
+        """The API for an `EmbreeScene`, or None where the layout of embreex's objects is not the one known."""
+        library = _library()
+        if library is None or sys.implementation.name != "cpython":
+            return None
+        if EmbreeScene.__basicsize__ < _DEVICE_OBJECT_AT + 8 or EmbreeDevice.__basicsize__ < _DEVICE_AT + 8:
+            return None
+        # That the scene's object refers to the device's object proves the layout before any pointer is followed.
+        if _word(scene, _DEVICE_OBJECT_AT) != id(device):
+            return None
+        handle = _word(device, _DEVICE_AT)
+        if not handle or not _word(scene, _SCENE_AT):
+            return None
+        owner = library.rtcGetSceneDevice(_word(scene, _SCENE_AT))
+        if owner != handle:
+            return None
+        library.rtcReleaseDevice(owner)
+        return cls(library, handle, _word(scene, _SCENE_AT))
+
+    def attach(self, kind, buffers):
+        """Add a geometry over shared memory; False where Embree refuses.
+
+        `buffers` are (type, format, array, stride in bytes, number of items); the caller keeps the arrays alive.
+        """
+        lib = self._library
+        lib.rtcGetDeviceError(self._device)
+        geometry = lib.rtcNewGeometry(self._device, kind)
+        if not geometry:
+            return False
+        for buffer, form, array, stride, count in buffers:
+            lib.rtcSetSharedGeometryBuffer(geometry, buffer, 0, form, array.ctypes.data, 0, stride, count)
+        lib.rtcCommitGeometry(geometry)
+        accepted = lib.rtcGetDeviceError(self._device) == 0
+        if accepted:
+            lib.rtcAttachGeometry(self._scene, geometry)
+        lib.rtcReleaseGeometry(geometry)
+        return accepted
+
+    def attach_spheres(self, spheres):
+        """Add spheres, rows of centre and radius (S, 4) float32."""
+        return self.attach(_SPHERE_POINTS, [(_VERTEX, _FLOAT4, spheres, 16, len(spheres))])
+
+
+def _word(thing, offset):
+    return ctypes.c_size_t.from_address(id(thing) + offset).value
+
+
+@cache
+def _library():
+    """The Embree that embreex is bound to, with its functions' types declared; None where it is not found."""
+    library = _loaded_library()
+    if library is None:
+        return None
+    pointer, size, number = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint
+    for name, result, arguments in (
+        ("rtcGetSceneDevice", pointer, (pointer,)),
+        ("rtcReleaseDevice", None, (pointer,)),
+        ("rtcGetDeviceError", ctypes.c_int, (pointer,)),
+        ("rtcNewGeometry", pointer, (pointer, ctypes.c_int)),
+        ("rtcSetSharedGeometryBuffer", None, (pointer, ctypes.c_int, number, ctypes.c_int, pointer, size, size, size)),
+        ("rtcCommitGeometry", None, (pointer,)),
+        ("rtcAttachGeometry", number, (pointer, pointer)),
+        ("rtcReleaseGeometry", None, (pointer,)),
+    ):
+        function = getattr(library, name, None)
+        if function is None:
+            return None
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+def _loaded_library():
+    # Blender's own Embree may stand in the process's global scope; embreex's calls are then bound to that one.
+    if sys.platform != "win32":
+        program = ctypes.CDLL(None)
+        if hasattr(program, "rtcNewDevice"):
+            return program
+    package = Path(embreex.__file__).parent
+    for folder in (package.parent / "embreex.libs", package / ".dylibs", package):
+        for path in sorted(folder.glob("*embree4*")):
+            return ctypes.CDLL(str(path))
+    return None

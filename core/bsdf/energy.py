@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Directional albedo of GGX lobes, and the energy that single scattering loses between the facets.
+
+The tables in `energy.npz` hold averages of the lobes' own sample weights (`energy_tables` writes them). Axes, each from
+0 to 1: [index,] roughness = sqrt(α), cosθ; the index is taken as sqrt((η - 1)/(η + 1)) of η >= 1.
+
+- ``reflection`` (32, 32): E of `glossy.Rough`
+- ``glass``, ``glass_inside`` (16, 16, 16): E of `glass.Rough` for η and 1/η
+- ``schlick`` (16, 16, 16): mean of `fresnel.interpolation` over the facets of `dielectric.Rough`
+
+Source of the compensation: Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH course 2017.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import os
+
+import numpy as np
+
+
+@functools.cache
+def tables():
+    """The tables by name, float32, read once."""
+    with np.load(os.path.join(os.path.dirname(__file__), "energy.npz")) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+@functools.cache
+def _averages():
+    """∫ 2 cosθ E dcosθ of each table: its last axis integrated by Simpson's rule on the linear interpolant."""
+    return {name: _hemisphere_average(table) for name, table in tables().items()}
+
+
+def _hemisphere_average(table):
+    """∫ 2 μ E(μ) dμ, exact for the piecewise linear E."""
+    mu = np.linspace(0.0, 1.0, table.shape[-1], dtype=np.float32)
+    left, right, low, high = table[..., :-1], table[..., 1:], mu[:-1], mu[1:]
+    return ((high - low) * (left * (2 * low + high) + right * (low + 2 * high)) / 3).sum(-1)
+
+
+def reflection(mu, alpha, arena):
+    """(E (N,), average E (1,) or (N,)) of GGX reflection without Fresnel."""
+    return _pair("reflection", (np.sqrt(alpha),), mu, arena)
+
+
+def glass(mu, alpha, ior, inside, arena):
+    """(E, average E) of GGX glass, for `ior` >= 1; `inside` (N,) tells lanes that look from the dense side."""
+    roughness, z = np.sqrt(alpha), _index(ior)
+    e, average = _pair("glass", (z, roughness), mu, arena)
+    if inside is not None and inside.any():
+        e_in, average_in = _pair("glass_inside", (z, roughness), mu, arena)
+        e, average = np.where(inside, e_in, e), np.where(inside, average_in, average)
+    return e, average
+
+
+def schlick(mu, alpha, eta, arena):
+    """Mean interpolation from F0 to white over the facets of a dielectric reflection, (N,)."""
+    return _lookup(tables()["schlick"], (_index(eta), np.sqrt(alpha), mu))
+
+
+def compensation(e, average, color):
+    """Factor on a lobe that returns what single scattering loses: 1 + F_ms (1 - E)/E.
+
+    `color` (3, ·) or (1,) is the mean Fresnel reflectance F_ss of the facets; each further bounce takes it on again.
+    """
+    bounced = color * average / (1.0 - color * (1.0 - average))
+    return 1.0 + bounced * ((1.0 - e) / e)
+
+
+def _index(ior):
+    return np.sqrt(np.abs((ior - 1.0) / (ior + 1.0)))
+
+
+def _pair(name, coordinates, mu, arena):
+    return _lookup(tables()[name], (*coordinates, mu)), _lookup(_averages()[name], coordinates)
+
+
+def _lookup(table, coordinates):
+    """Multilinear interpolation of `table` at coordinates in [0, 1], (1,) or (N,) each.
+
+    Axes with a constant coordinate are interpolated first, for the whole table: most materials leave a row over cosθ.
+    """
+    kept = []
+    for axis in reversed(range(table.ndim)):
+        x = coordinates[axis]
+        if x.size > 1:
+            kept.insert(0, x)
+            continue
+        low, t = _cell(x, table.shape[axis])
+        a, b = np.take(table, low, axis=axis), np.take(table, low + 1, axis=axis)
+        table = np.squeeze(a + (b - a) * t, axis=axis) if table.ndim > 1 else a + (b - a) * t
+    if not kept:
+        return table.reshape(-1)
+    cells = [_cell(x, size) for x, size in zip(kept, table.shape, strict=True)]
+    strides = [int(np.prod(table.shape[axis + 1 :])) for axis in range(table.ndim)]
+    flat, out = np.ascontiguousarray(table).reshape(-1), None
+    for corner in itertools.product((0, 1), repeat=len(cells)):
+        index, weight = 0, 1.0
+        for (low, t), up, stride in zip(cells, corner, strides, strict=True):
+            index = index + (low + up) * stride
+            weight = weight * (t if up else 1.0 - t)
+        term = flat[index] * weight
+        out = term if out is None else out + term
+    return out
+
+
+def _cell(x, size):
+    """Lower index and fraction of coordinates in a table of `size` entries."""
+    scaled = np.clip(x, 0.0, 1.0) * np.float32(size - 1)
+    low = np.minimum(scaled.astype(np.int32), size - 2)
+    return low, scaled - low.astype(np.float32)

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A surface as a weighted list of lobes.
+
+`eval_pdf` and `sample` do for the list what a lobe does alone, with colours, over dense lanes. A list of one lobe, the
+common case, is passed on without choice, gather or sum. Multiple lobes are sampled one at a time and weighed by all:
+the one-sample model with the balance heuristic (Veach 1997, 9.2.4).
+
+Light must not leak through the surface that `ng` describes when a lobe's normal differs from it: reflection below it
+and transmission above it are dropped.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..vecmath import dot
+from .base import BSDFSample, Lobe
+
+_TINY = 1e-20
+_BELOW_ONE = 1.0 - 2.0**-24
+_LUMINANCE = (0.2126, 0.7152, 0.0722)
+_REFRACTS = Lobe.GLOSSY | Lobe.DELTA
+_MAY_BE_DELTA = Lobe.DELTA | Lobe.TRANSMISSION  # rough glass is delta where the indices are equal
+
+
+class Mixture:
+    """What scatters at the surfaces of one program; the lobes are static, their colours and parameters are not.
+
+    The methods take `entries`: for each lobe, in order, a tuple (lobe, weight (3, N) or (3, 1), params, n), where `n`
+    (3, N) is the lobe's normal, None for the shading normal; and `surface` with `wo`, `ng`, `ns` (3, N). Flat surfaces
+    pass one array as `ng` and `ns`: it saves the leak test.
+
+    Attributes
+    ----------
+    is_smooth : bool
+        Whether a lobe can be evaluated; else no light can be sampled from here.
+    has_straight : bool
+        Whether rays may pass unbent.
+    refracts : bool
+        Whether rays may be bent at a change of index.
+    """
+
+    def __init__(self, lobes):
+        self.lobes = tuple(lobes)
+        flags = [lobe.flags for lobe in self.lobes]
+        self.is_smooth = any(Lobe.DELTA not in f for f in flags)
+        self.has_straight = any(Lobe.STRAIGHT in f for f in flags)
+        self.refracts = any(_REFRACTS & f and Lobe.STRAIGHT not in f and Lobe.TRANSMISSION in f for f in flags)
+        self._sample = (_sample_none, _sample_one, _sample_many)[min(len(flags), 2)]
+
+    def eval_pdf(self, entries, surface, wi, arena):
+        """f·|cosθ| with colours (3, N) and density (N,) of all lobes that are not delta."""
+        f, pdf = arena.empty(wi.shape), arena.empty(wi.shape[-1])
+        if len(entries) == 1 and self.is_smooth:
+            with arena.frame():
+                value, density = _eval_lobe(entries[0], surface, wi, arena)
+                np.multiply(entries[0][1], value, out=f)
+                np.copyto(pdf, density)
+            return f, pdf
+        with arena.frame():
+            shares = _choice_probabilities(entries, surface, arena) if self.is_smooth else ()
+            _sum_lobes(entries, shares, surface, wi, arena, f, pdf)
+        return f, pdf
+
+    def sample(self, entries, surface, uc, u0, u1, arena):
+        """A direction of one of the lobes, as `BSDFSample`; `uc` chooses the lobe and is used again within it."""
+        return self._sample(entries, surface, uc, u0, u1, arena)
+
+    def albedo(self, entries, surface, arena):
+        """Sum of the lobes' colour times albedo, (3, N): an estimate."""
+        total = arena.zeros(surface.wo.shape)
+        with arena.frame():
+            for lobe, weight, params, n in entries:
+                share = lobe.albedo(params, surface.ns if n is None else n, surface.wo, arena)
+                np.add(total, weight * share, out=total)
+        return total
+
+
+def _sample_none(entries, surface, uc, u0, u1, arena):
+    """Nothing scatters: every sample fails."""
+    wi = np.negative(surface.wo, out=arena.empty(surface.wo.shape))
+    return BSDFSample(wi, arena.zeros(wi.shape), arena.zeros(uc.shape))
+
+
+def _sample_one(entries, surface, uc, u0, u1, arena):
+    """The only lobe, without choice; a constant colour stays (3, 1) where nothing else weighs."""
+    lobe, color, params, n = entries[0]
+    n = surface.ns if n is None else n
+    s = lobe.sample(params, n, surface.wo, uc, u0, u1, arena)
+    straight = arena.full(uc.shape, True, bool) if Lobe.STRAIGHT in lobe.flags else None
+    weight = s.weight
+    keep = _on_its_side(lobe, n, surface.ng, s.wi, arena)
+    if keep is not None:
+        np.copyto(s.pdf, 0.0, where=np.logical_not(keep))
+        weight = np.multiply(weight, keep, out=arena.empty(np.broadcast_shapes(np.shape(weight), keep.shape)))
+    if np.ndim(weight) == 0:
+        return BSDFSample(s.wi, color, s.pdf, s.eta, straight)
+    return BSDFSample(s.wi, np.multiply(color, weight, out=arena.empty(s.wi.shape)), s.pdf, s.eta, straight)
+
+
+def _sample_many(entries, surface, uc, u0, u1, arena):
+    """Choose a lobe in each lane, sample it there, then weigh by all."""
+    count = uc.size
+    wi, weight, pdf = arena.empty((3, count)), arena.zeros((3, count)), arena.zeros(count)
+    has_straight = any(Lobe.STRAIGHT in entry[0].flags for entry in entries)
+    straight = arena.zeros(count, bool) if has_straight else None
+    np.negative(surface.wo, out=wi)
+    with arena.frame():
+        shares = _choice_probabilities(entries, surface, arena)
+        for entry, share, lanes, uc_again in _chosen(entries, shares, uc, arena):
+            s, color = _sample_lanes(entry, surface, lanes, uc_again, u0, u1, arena)
+            for row, values in zip(wi, s.wi, strict=True):
+                row[lanes] = values
+            pdf[lanes] = s.pdf
+            if _MAY_BE_DELTA & entry[0].flags:
+                # Only the lobe that made a delta direction has any weight there.
+                alone = color * s.weight / share
+                weight[:, lanes] = np.where(np.isinf(s.pdf), alone, 0.0)
+            if Lobe.STRAIGHT in entry[0].flags:
+                straight[lanes] = True
+        if any(Lobe.DELTA not in entry[0].flags for entry in entries):
+            _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf)
+    return BSDFSample(wi, weight, pdf, None, straight)
+
+
+def _chosen(entries, shares, uc, arena):
+    """Yield (entry, its share, lanes, `uc` stretched to [0, 1) again) of every lobe that some lane chose."""
+    start, end, chosen = arena.zeros(uc.size), arena.zeros(uc.size), arena.empty(uc.size, bool)
+    below = arena.empty(uc.size, bool)
+    for k, entry in enumerate(entries):
+        np.copyto(start, end)
+        np.add(end, shares[k], out=end)
+        np.greater_equal(uc, start, out=chosen)
+        if k < len(entries) - 1:
+            np.logical_and(chosen, np.less(uc, end, out=below), out=chosen)
+        np.logical_and(chosen, np.greater(shares[k], 0.0, out=below), out=chosen)
+        lanes = np.flatnonzero(chosen)
+        if lanes.size:
+            with arena.frame():
+                share, u = arena.take(shares[k], lanes), arena.take(uc, lanes)
+                np.subtract(u, arena.take(start, lanes), out=u)
+                np.divide(u, share, out=u)
+                np.clip(u, 0.0, _BELOW_ONE, out=u)
+                yield entry, share, lanes, u
+
+
+def _sample_lanes(entry, surface, lanes, uc, u0, u1, arena):
+    """`LobeSample` of one lobe over `lanes`, leaks dropped, and the lobe's colour there."""
+    lobe, color, params, n = entry
+    n = surface.ns if n is None else n
+    params = {name: _at(value, lanes, arena) for name, value in params.items()}
+    normal, wo = _at(n, lanes, arena), arena.take(surface.wo, lanes)
+    s = lobe.sample(params, normal, wo, uc, arena.take(u0, lanes), arena.take(u1, lanes), arena)
+    ng = normal if n is surface.ng else _at(surface.ng, lanes, arena)
+    keep = _on_its_side(lobe, normal, ng, s.wi, arena)
+    if keep is not None:
+        np.copyto(s.pdf, 0.0, where=np.logical_not(keep))
+    return s, _at(color, lanes, arena)
+
+
+def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
+    """Write f/pdf of all lobes, and their density, to the lanes whose `pdf` is neither 0 nor inf."""
+    with arena.frame():
+        smooth, finite = arena.empty(pdf.shape, bool), arena.empty(pdf.shape, bool)
+        np.greater(pdf, 0.0, out=smooth)
+        np.logical_and(smooth, np.isfinite(pdf, out=finite), out=smooth)
+        f, density = arena.empty(wi.shape), arena.empty(pdf.shape)
+        _sum_lobes(entries, shares, surface, wi, arena, f, density)
+        np.copyto(pdf, density, where=smooth)
+        np.maximum(density, _TINY, out=density)
+        np.divide(f, density, out=f)
+        np.copyto(weight, f, where=smooth)
+
+
+def _sum_lobes(entries, shares, surface, wi, arena, f, pdf):
+    """Write the sums of colour · f and share · pdf over the lobes that are not delta."""
+    f.fill(0)
+    pdf.fill(0)
+    for k, entry in enumerate(entries):
+        if Lobe.DELTA in entry[0].flags:
+            continue
+        with arena.frame():
+            value, density = _eval_lobe(entry, surface, wi, arena)
+            coloured = np.multiply(entry[1], value, out=arena.empty(f.shape))
+            np.add(f, coloured, out=f)
+            np.add(pdf, np.multiply(density, shares[k], out=coloured[0]), out=pdf)
+
+
+def _eval_lobe(entry, surface, wi, arena):
+    """f·|cosθ| and pdf of one lobe, leaks dropped."""
+    lobe, _, params, n = entry
+    n = surface.ns if n is None else n
+    value, pdf = lobe.eval_pdf(params, n, surface.wo, wi, arena)
+    keep = _on_its_side(lobe, n, surface.ng, wi, arena)
+    if keep is not None:
+        value, pdf = np.multiply(value, keep, out=arena.empty(value.shape)), np.multiply(pdf, keep, out=pdf)
+    return value, pdf
+
+
+def _choice_probabilities(entries, surface, arena):
+    """Probability of each lobe, by the luminance of colour times albedo, (K, N); 0 everywhere where all are black."""
+    shares = arena.empty((len(entries), surface.wo.shape[-1]))
+    with arena.frame():
+        t = arena.empty(surface.wo.shape[-1])
+        for share, (lobe, color, params, n) in zip(shares, entries, strict=True):
+            bright = lobe.albedo(params, surface.ns if n is None else n, surface.wo, arena)
+            share.fill(0)
+            for c, y in enumerate(_LUMINANCE):
+                np.multiply(color[c], bright[c] if np.ndim(bright) == 2 else bright, out=t)
+                np.multiply(t, y, out=t)
+                np.add(share, t, out=share)
+        np.add(shares[0], shares[1], out=t)
+        for share in shares[2:]:
+            np.add(t, share, out=t)
+        np.maximum(t, _TINY, out=t)
+        np.divide(shares, t, out=shares)
+    return shares
+
+
+def _on_its_side(lobe, n, ng, wi, arena):
+    """Lanes whose `wi` is on the side of `ng` that the lobe, with normal `n`, sent it to (bool); None when all are."""
+    if n is ng or Lobe.STRAIGHT in lobe.flags:
+        return None
+    keep = arena.empty(wi.shape[-1], bool)
+    with arena.frame():
+        side = dot(wi, ng, arena)
+        if Lobe.TRANSMISSION not in lobe.flags:
+            return np.greater(side, 0.0, out=keep)
+        if Lobe.REFLECTION not in lobe.flags:
+            return np.less(side, 0.0, out=keep)
+        np.multiply(side, dot(wi, n, arena), out=side)
+        return np.greater(side, 0.0, out=keep)
+
+
+def _at(array, lanes, arena):
+    """Columns `lanes` of `array`, or the constant it is."""
+    return array if array.shape[-1] == 1 else arena.take(array, lanes)

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a Blender material becomes Phong parameters.
+
+The classic methods know a diffuse and a specular colour, an exponent, a share that a mirror ray carries (k_s) and one
+that a refracted ray carries (k_t). They are read from the lobes of the material:
+
+=====================  =============================================================================================
+parameter              from
+=====================  =============================================================================================
+diffuse                the sum of the diffuse lobes' colours (transmitted diffuse light counts as reflected)
+specular               the sum of the glossy reflections' colours, Fresnel's share at the viewing angle included
+exponent               2 / alpha² - 2 of those, weighted by colour (Walter et al., EGSR 2007), at most 4096
+k_s, the mirror ray    the same colours times (1 - alpha)²: a rough surface shows highlights but no mirror image
+k_t, the refracted ray the sum of the transmissions' colours; index from the lobe; straight passages have index 1
+=====================  =============================================================================================
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..vecmath import dot
+from .base import Lobe
+
+MAX_EXPONENT = 4096.0
+
+
+class PhongParameters(NamedTuple):
+    """Of each lane: diffuse, specular, k_s, k_t (3, N); exponent, eta (N,), the relative index on the viewer's side."""
+
+    diffuse: np.ndarray
+    specular: np.ndarray
+    exponent: np.ndarray
+    k_s: np.ndarray
+    k_t: np.ndarray
+    eta: np.ndarray
+
+
+def phong_parameters(lobes, ns, wo, straight, arena):
+    """Reduce the lobes of a material to `PhongParameters`.
+
+    Parameters
+    ----------
+    lobes : list of (lobe, weight, params, n)
+    ns, wo : (3, N) float32
+    straight : (3, N), (3, 1), (1,) or None
+        What passes unbent.
+    arena : Arena
+    """
+    n = wo.shape[1]
+    diffuse, specular, k_s, k_t = (arena.zeros((3, n)) for _ in range(4))
+    exponent, strength, eta = arena.zeros(n), arena.zeros(n), arena.full(n, 1.0)
+    for lobe, weight, params, normal in lobes:
+        with arena.frame():
+            normal = ns if normal is None else normal
+            color = np.multiply(weight, lobe.albedo(params, normal, wo, arena), out=arena.empty((3, n)))
+            if Lobe.DIFFUSE in lobe.flags:
+                diffuse += color
+                continue
+            alpha = params.get("alpha", np.zeros(1, np.float32))
+            if Lobe.TRANSMISSION in lobe.flags:
+                eta[:] = params.get("eta", 1.0)
+                reflected, transmitted = _divided(lobe, params, normal, wo, arena)
+                k_t += weight * transmitted
+                color = np.multiply(weight, reflected, out=color)
+            specular += color
+            k_s += color * np.square(1 - alpha)
+            share = color.sum(axis=0)
+            exponent += share * np.minimum(2 / np.maximum(np.square(alpha), 1e-8) - 2, MAX_EXPONENT)
+            strength += share
+    np.divide(exponent, strength, out=exponent, where=strength > 0)
+    if straight is not None:
+        k_t += straight
+    return PhongParameters(diffuse, specular, exponent, k_s, k_t, eta)
+
+
+def _divided(lobe, params, normal, wo, arena):
+    """Reflected and transmitted share of a lobe that transmits."""
+    if not hasattr(lobe, "split"):
+        return 0.0, lobe.albedo(params, normal, wo, arena)
+    cosine = np.maximum(dot(normal, wo, arena), 0.0)
+    reflected, transmitted, _, _ = lobe.split(params, cosine, arena)
+    return reflected, transmitted

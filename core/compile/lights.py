@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lights of a scene: the description's lamps and the emissive triangles, as tables by kind.
+
+Blender's units, each checked against Cycles. With *normalize*, a power P gives radiance P/(4π²r²) to a sphere or disk
+of radius r and P/(πA) to an area light, intensity P/(4π) to a point; a sun of irradiance E has radiance
+E/(π sin²(angle/2)). Without it, lights with an extent have radiance P/π, a point intensity P/π, a sun radiance E.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..lights.area import AreaLights
+from ..lights.classic import ClassicLights, LocalLight, ParallelLight, area_pseudo_light, mesh_pseudo_light
+from ..lights.environment import ConstantEnvironment
+from ..lights.lamps import LampHits
+from ..lights.point import DiskLights, PointLights, SphereLights
+from ..lights.sampler import LightSampler, importance_of
+from ..lights.spot import SpotLights
+from ..lights.sun import SunDisks, SunLights
+from ..lights.triangle import TriangleLights
+from ..scene import PointLight, SpotLight, SunLight
+
+_SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
+_SMALLEST_ANGLE = 1e-6  # rad; float32 directions tell nothing smaller apart: parallel light
+
+
+@dataclass(frozen=True, eq=False)
+class Lights:
+    """Everything that shines.
+
+    sampler : LightSampler; `sampler.count` 0 means that no light can be sampled.
+    lamps : LampHits; `lamps.count` 0 means that there is none to hit.
+    classic : ClassicLights
+    environment : ConstantEnvironment
+    emissive : (P,) bool
+        Primitives whose material emits. Spheres and planes among them are found by scattered rays alone:
+        `sampler.pdf_prim` is 0 for them.
+    has_delta, has_extended : bool
+        Whether lights without an extent, and with one (lamps and triangles), can be sampled.
+    """
+
+    sampler: LightSampler
+    lamps: LampHits
+    classic: ClassicLights
+    environment: ConstantEnvironment
+    emissive: np.ndarray
+    has_delta: bool
+    has_extended: bool
+
+
+def compile_lights(scene, geometry, emission_of_material, diagnostics):
+    """Tables of all lights of `scene`.
+
+    Parameters
+    ----------
+    scene : Scene
+    geometry : Geometry
+        Positions become relative to its `origin`.
+    emission_of_material : sequence
+        For each of `geometry.materials`: None, a constant radiance (3,), or for a textured emitter a pair of the mean
+        radiance (3,) and a callable ``Le(prim, u, v, arena) -> (3, n)``. Both sides emit.
+    diagnostics : Diagnostics
+        Told of lights that are left out or changed.
+
+    Returns
+    -------
+    Lights
+    """
+    builder = _Builder(np.asarray(geometry.origin, np.float64), diagnostics)
+    for light in scene.lights:
+        builder.add(light)
+    emissive, triangles = _emissive_triangles(geometry, emission_of_material, builder)
+    kinds = builder.kinds() + ([triangles] if triangles else [])
+    environment = ConstantEnvironment(_world_radiance(scene.world, diagnostics))
+    sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment)
+    return Lights(
+        sampler=sampler,
+        lamps=LampHits(sampler),
+        classic=ClassicLights(builder.classic, environment.radiance[:, 0]),
+        environment=environment,
+        emissive=emissive,
+        has_delta=any(not _has_extent(k) for k in kinds),
+        has_extended=any(_has_extent(k) for k in kinds),
+    )
+
+
+def _has_extent(kind):
+    return kind.extended or isinstance(kind, TriangleLights)
+
+
+class _Builder:
+    """Collects lamps by kind, and the classic methods' pseudo-lights in the scene's order."""
+
+    def __init__(self, origin, diagnostics):
+        self._origin = origin
+        self._diagnostics = diagnostics
+        self._rows = {}
+        self.classic = []
+
+    def kinds(self):
+        """One table for each kind that occurs."""
+        return [
+            kind(*(np.stack(column, axis=-1) for column in zip(*rows, strict=True)))
+            for kind, rows in self._rows.items()
+        ]
+
+    def add(self, light):
+        """Sort one light of the description in; leave it out, and say so, if it cannot shine."""
+        place = f"light {light.name!r}"
+        strength = np.asarray(light.irradiance if isinstance(light, SunLight) else light.power, np.float64)
+        if not _representable(strength) or not _numbers_are_finite(light):
+            self._diagnostics.warn("a light has numbers that are not finite; it is left out", place)
+        elif not strength.any():
+            self._diagnostics.warn("a light has no power; it is left out", place)
+        else:
+            if not light.casts_shadow:
+                self._diagnostics.warn("lights without shadow are not supported; they cast shadows", place)
+            add = {PointLight: self._add_point, SpotLight: self._add_spot, SunLight: self._add_sun}
+            add.get(type(light), self._add_area)(light, strength, place)
+
+    def _put(self, kind, *row):
+        self._rows.setdefault(kind, []).append(row)
+
+    def _add_point(self, light, power, place):
+        self._put(*self._round_light(light, power))
+        self.classic.append(self._round_classic(light, power, None))
+
+    def _add_spot(self, light, power, place):
+        direction = _unit(light.direction)
+        if direction is None or not light.angle > 0.0:
+            self._diagnostics.warn("a spot light has no direction or no angle; it is left out", place)
+            return
+        kind, *row = self._round_light(light, power)
+        cone = (direction, light.angle, light.blend)
+        self._put(_SPOTS[kind], *row, *cone)
+        spot = _SPOTS[kind](*(np.asarray(v)[..., None] for v in (*row, *cone)))
+        self.classic.append(self._round_classic(light, power, lambda wi, arena: spot.attenuation(0, wi, arena)))
+
+    def _round_light(self, light, power):
+        """Kind and row of a point light or of the source of a spot light."""
+        position, radius = self._local(light.position), float(light.radius)
+        if radius < _SMALLEST_RADIUS:
+            return PointLights, position, power / (4.0 * math.pi if light.normalize else math.pi)
+        radiance = _round_radiance(light, power)
+        if not _representable(radiance):
+            return PointLights, position, radiance * math.pi * radius**2
+        return DiskLights if light.soft_falloff else SphereLights, position, radius, radiance
+
+    def _round_classic(self, light, power, profile):
+        radius = float(light.radius)
+        if radius < _SMALLEST_RADIUS:
+            radius, intensity = 0.0, power / (4.0 * math.pi if light.normalize else math.pi)
+        else:
+            intensity = _round_radiance(light, power) * math.pi * radius**2
+        extent = {"softening": radius**2} if light.soft_falloff else {"nearest": radius**2}
+        return LocalLight(self._local(light.position), intensity, profile=profile, **extent)
+
+    def _add_sun(self, light, irradiance, place):
+        direction = _unit(light.direction)
+        if direction is None:
+            self._diagnostics.warn("a sun has no direction; it is left out", place)
+            return
+        projected = math.pi * math.sin(0.5 * light.angle) ** 2
+        if light.angle < _SMALLEST_ANGLE:
+            self._put(SunLights, -direction, irradiance)
+        else:
+            radiance = irradiance / projected if light.normalize else irradiance
+            self._put(SunDisks, -direction, light.angle, radiance)
+            irradiance = radiance * projected
+        self.classic.append(ParallelLight(-direction, irradiance))
+
+    def _add_area(self, light, power, place):
+        transform = np.asarray(light.transform, np.float64)
+        x, y, half = _rectangle(transform[:3, :3], light.size)
+        round_ = light.shape in ("ELLIPSE", "DISK")
+        area = half[0] * half[1] * (math.pi if round_ else 4.0)
+        radiance = power / (math.pi * area if light.normalize else math.pi) if area > 0.0 else np.full(3, math.inf)
+        if not _representable(radiance):
+            self._diagnostics.warn("an area light has no area; it is left out", place)
+            return
+        if abs(light.spread - math.pi) > 1e-3:
+            self._diagnostics.warn("the spread of area lights is not supported; 180 degrees are used", place)
+        normal = np.cross(x, y)
+        normal = -normal if normal @ transform[:3, 2] > 0.0 else normal
+        center = self._local(transform[:3, 3])
+        self._put(AreaLights, center, x, y, normal, half, round_, radiance)
+        self.classic.append(area_pseudo_light(center, normal, area, radiance))
+
+    def _local(self, position):
+        return np.asarray(position, np.float64) - self._origin
+
+    def warn_triangles(self, count, material):
+        """Say that a material's emission is not finite."""
+        message = "an emission is not finite; its triangles are not sampled as lights"
+        self._diagnostics.warn(message, f"material {material.name!r}", count)
+
+
+def _spots_of(kind):
+    """Maker of spot lights with sources of `kind`, from the source's columns and the cone's."""
+
+    def make(*columns):
+        return SpotLights(kind(*columns[:-3]), *columns[-3:])
+
+    return make
+
+
+_SPOTS = {kind: _spots_of(kind) for kind in (PointLights, SphereLights, DiskLights)}
+
+
+def _emissive_triangles(geometry, emission_of_material, builder):
+    """Which primitives emit, (P,) bool, and the table of the triangles among them, None without any."""
+    emits = np.array([e is not None for e in emission_of_material], bool)
+    emissive = emits[geometry.material] if emits.size else np.zeros(geometry.material.size, bool)
+    means, textures, texture_of = _emission_tables(geometry, emission_of_material, builder)
+    prim = np.flatnonzero(emissive[: geometry.corners.shape[1]])
+    material = geometry.material[prim]
+    corners = geometry.corners[:, prim].astype(np.float64)
+    v0, v1, v2 = corners.reshape(3, 3, -1)
+    area = np.linalg.norm(np.cross(v1 - v0, v2 - v0, axis=0), axis=0)
+    shines = (area > 0.0) & means[:, material].any(axis=0)
+    if not shines.any():
+        return emissive, None
+    prim, material, corners = prim[shines], material[shines], corners[:, shines]
+    radiance = means[:, material]
+    for number in np.unique(geometry.object[prim]):
+        own = geometry.object[prim] == number
+        builder.classic.append(mesh_pseudo_light(corners[:, own], radiance[:, own]))
+    texture = texture_of[material] if textures else None
+    return emissive, TriangleLights(corners, prim, radiance, textures, texture)
+
+
+def _emission_tables(geometry, emission_of_material, builder):
+    """Mean radiance (3, M), evaluators of the textured materials, and each material's evaluator or -1, (M,)."""
+    means = np.zeros((3, len(emission_of_material)))
+    texture_of = np.full(len(emission_of_material), -1, np.int32)
+    textures = []
+    for m, emission in enumerate(emission_of_material):
+        if emission is None:
+            continue
+        textured = len(emission) == 2
+        mean = np.asarray(emission[0] if textured else emission, np.float64)
+        if not _representable(mean):
+            builder.warn_triangles(int((geometry.material == m).sum()), geometry.materials[m])
+            continue
+        means[:, m] = mean
+        if textured:
+            texture_of[m] = len(textures)
+            textures.append(emission[1])
+    return means, textures, texture_of
+
+
+def _world_radiance(world, diagnostics):
+    radiance = np.asarray(world.radiance, np.float64)
+    if _representable(radiance):
+        return radiance
+    diagnostics.warn("the world's radiance is not finite; black is used")
+    return np.zeros(3)
+
+
+def _round_radiance(light, power):
+    return power / (4.0 * (math.pi * light.radius) ** 2) if light.normalize else power / math.pi
+
+
+def _rectangle(axes, size):
+    """Orthonormal x, y and half side lengths (2,) of a rectangle under the linear map `axes` (3, 3).
+
+    A sheared rectangle becomes the upright one of the same area.
+    """
+    x, y = axes[:, 0] * size[0], axes[:, 1] * size[1]
+    width = float(np.linalg.norm(x))
+    x = x / width if width > 0.0 else np.array([1.0, 0.0, 0.0])
+    y = y - (x @ y) * x
+    height = float(np.linalg.norm(y))
+    y = y / height if height > 0.0 else np.array([0.0, 1.0, 0.0])
+    return x, y, np.array([0.5 * width, 0.5 * height])
+
+
+def _unit(vector):
+    """Unit vector (3,) float64, or None of the zero vector."""
+    vector = np.asarray(vector, np.float64)
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 else None
+
+
+def _representable(values):
+    """Whether numbers are finite in float32, squares of their tables' sums included."""
+    return bool(np.all(np.abs(values) < 1e36))
+
+
+def _numbers_are_finite(light):
+    return all(np.isfinite(v).all() for v in vars(light).values() if isinstance(v, (float, tuple, np.ndarray)))

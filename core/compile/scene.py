@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A scene made ready: all the tables that the methods read."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..accel import Accel
+from ..arena import Arena
+from ..camera import CameraRays
+from ..interaction import make_interact
+from ..nodes.base import Context
+from ..sampling.sampler import Sampler
+from .features import Feature, features_of, names
+from .geometry import compile_geometry
+from .lights import compile_lights
+from .materials import compile_materials, uv_maps_of
+
+
+_MEAN_POINTS = 4096  # points at which a textured emitter's mean radiance is estimated
+
+
+class Surface(NamedTuple):
+    """Hits that are shaded: an `Interaction`, the direction `wo` to the viewer, and barycentrics for textures."""
+
+    p: np.ndarray
+    ng: np.ndarray
+    ns: np.ndarray
+    front: np.ndarray
+    offset: np.ndarray
+    prim: np.ndarray
+    wo: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+
+
+class SurfacePoint(NamedTuple):
+    """A point of a surface that is not seen by a ray."""
+
+    prim: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+
+
+class CompiledScene:
+    """Read-only tables of one scene, shared by all workers.
+
+    Attributes
+    ----------
+    geometry, accel, materials, lights, camera, sampler
+        The tables, by subject.
+    emissive_prim, transparent_prim : (P + 1,) bool
+        By primitive; the last element stands for a miss (-1).
+    features : Feature
+        What the scene needs, and what the methods therefore run.
+    """
+
+    def __init__(self, scene, settings, diagnostics, force_features=None):
+        self.diagnostics = diagnostics
+        self.geometry = compile_geometry(scene, uv_maps_of(_materials_of(scene)), diagnostics)
+        self.materials = compile_materials(self.geometry.materials, diagnostics)
+        self._interact = make_interact(self.geometry)
+        emission_of = self.materials.emission
+        textured = [isinstance(e, str) for e in emission_of]
+        self._textured_emission = any(textured)
+        table = [np.zeros(3) if e is None or isinstance(e, str) else e for e in emission_of]
+        self._emission_table = np.array(table, np.float32).reshape(-1, 3).T.copy()
+        emission = [(self._mean_emission(m), self.emission_at) if t else emission_of[m] for m, t in enumerate(textured)]
+        self.lights = compile_lights(scene, self.geometry, emission, diagnostics)
+        self.camera = CameraRays(scene.camera, settings.width, settings.height, self.geometry.origin)
+        self.sampler = Sampler(settings.seed)
+        programs = self.materials.programs
+        self.emissive_prim = self._by_primitive([e is not None for e in emission_of])
+        self.transparent_prim = self._by_primitive(
+            [programs[n].transparency is not None for n in self.materials.program_of]
+        )
+        self._program_of_prim = self._by_primitive(self.materials.program_of, miss=len(programs), dtype=np.int16)
+        self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
+        self.features = self.needed if force_features is None else force_features
+        self.accel = Accel(self.geometry)
+
+    def feature_report(self):
+        """Names of the features in use and left out."""
+        return {"in_use": names(self.features), "left_out": names(~self.features)}
+
+    def grouped(self, prim, arena):
+        """Lanes that hit something, ordered by material program.
+
+        Returns
+        -------
+        order : (n,) int
+            Lanes, those of one program together.
+        groups : list of (program, start, stop)
+            Where each program's lanes stand in `order`.
+        """
+        if len(self.materials.programs) == 1:
+            order = np.flatnonzero(prim >= 0)
+            return order, [(0, 0, order.size)]
+        program = np.take(self._program_of_prim, prim, mode="wrap")
+        order = np.argsort(program, kind="stable")
+        ends = np.cumsum(np.bincount(program, minlength=len(self.materials.programs) + 1))
+        starts = np.concatenate(([0], ends[:-1]))
+        groups = [(n, int(a), int(b)) for n, (a, b) in enumerate(zip(starts, ends, strict=True)) if b > a]
+        if groups and groups[-1][0] == len(self.materials.programs):
+            groups.pop()
+        return order[: groups[-1][2] if groups else 0], groups
+
+    def interact(self, hits, o, d, arena):
+        """The `Surface` that rays `o`, `d` (3, N) see at `hits`, all of which hit something."""
+        wo = np.negative(d, out=arena.empty(d.shape))
+        return Surface(*self._interact(hits, o, d, arena), wo, hits.u, hits.v)
+
+    def emitted(self, surface, arena):
+        """Radiance (3, N) that leaves `surface`."""
+        return self.emission_at(surface.prim, surface.u, surface.v, arena)
+
+    def emission_at(self, prim, u, v, arena):
+        """Radiance (3, N) that leaves the points `u`, `v` (N,) of primitives `prim` (N,)."""
+        material = arena.take(self.geometry.material, prim)
+        out = arena.take(self._emission_table, material)
+        if not self._textured_emission:
+            return out
+        point = SurfacePoint(prim, u, v)
+        for number, lanes in self.materials.groups(material, arena):
+            program = self.materials.programs[number]
+            if program.emission is None or program.emission.is_constant:
+                continue
+            lanes = slice(None) if lanes is None else lanes
+            part = SurfacePoint(*(a[lanes] for a in point))
+            constants = self.materials.constants(number, "emission", material[lanes], arena)
+            context = Context(arena, part.prim.size, part, self.geometry)
+            out[:, lanes] = program.emission.run(context, constants)["Le"]
+        return out
+
+    def _mean_emission(self, m):
+        """Mean radiance (3,) of textured material number `m` over some points of its triangles."""
+        prims = np.flatnonzero(self.geometry.material[: self.geometry.triangle_count] == m).astype(np.int32)
+        if prims.size == 0:
+            return np.zeros(3, np.float32)
+        rng = np.random.default_rng(0)
+        u, v = rng.random((2, _MEAN_POINTS), np.float32)
+        folded = u + v > 1
+        u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
+        return self.emission_at(prims[rng.integers(prims.size, size=_MEAN_POINTS)], u, v, Arena()).mean(axis=1)
+
+    def _by_primitive(self, of_material, miss=False, dtype=bool):
+        """A per-material table spread over primitives, and `miss` at its end."""
+        table = np.append(np.asarray(of_material, dtype)[self.geometry.material], np.asarray([miss], dtype))
+        return table.astype(dtype, copy=False)
+
+
+def compile_scene(scene, settings, diagnostics, force_features=None):
+    """Compile a `core.scene.Scene`.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : Settings
+    diagnostics : Diagnostics
+        Takes what the user must be told.
+    force_features : Feature, optional
+        Run these stages instead of those needed; a superset gives the same picture, bit for bit.
+
+    Raises
+    ------
+    SceneError
+        When the scene cannot be rendered.
+    """
+    return CompiledScene(scene, settings, diagnostics, force_features)
+
+
+def _materials_of(scene):
+    found = {m for i in scene.instances for m in i.materials}
+    found |= {s.material for s in scene.spheres} | {p.material for p in scene.planes}
+    return [m for m in found if m is not None]
+
+
+__all__ = ["CompiledScene", "Feature", "compile_scene"]

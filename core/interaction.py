@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a ray met a surface, and how further rays leave it without meeting it again.
+
+float32 cannot hold a point exactly on a surface. A hit therefore carries `offset`, a bound on how far its point may lie
+off the surface, and rays start that far to their own side of it. No epsilon depends on the scene's size. Source: Pharr,
+Jakob and Humphreys, "Physically Based Rendering" (4th ed.), section 6.8.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from .geometry import CORNERS, NORMAL, NORMAL_ROW, OFFSET, UNIT_ROUNDOFF
+from .vecmath import dot, normalize
+
+# Relative error bounds of points on spheres and planes, with room for the next ray's own rounding.
+_SPHERE_SLACK = 16 * UNIT_ROUNDOFF
+_PLANE_SLACK = 16 * UNIT_ROUNDOFF
+
+# The share of its length by which a shadow ray ends early, so that it does not meet the light's own surface.
+SHADOW_EPSILON = 1e-4
+
+
+class Interaction(NamedTuple):
+    """A surface seen by a ray.
+
+    p (3, N); ng (3, N) unit geometric normal on the viewer's side; ns (3, N) shading normal turned with it, the same
+    array where nothing is smooth; front (N,) bool, whether the viewer is in front; offset (N,) distance along ng that
+    clears the surface; prim (N,) int32.
+    """
+
+    p: np.ndarray
+    ng: np.ndarray
+    ns: np.ndarray
+    front: np.ndarray
+    offset: np.ndarray
+    prim: np.ndarray
+
+
+def make_interact(geometry):
+    """The function ``interact(hits, o, d, arena) -> Interaction`` for the kinds of primitives that `geometry` has.
+
+    All lanes must have hit; `hits` are dense, `o` and `d` (3, N) the rays that hit.
+    """
+    first = np.cumsum([0, geometry.triangle_count, geometry.sphere_count, geometry.plane_count]).tolist()
+    kinds = [
+        (begin, end, partial(function, geometry))
+        for function, begin, end in zip((_on_triangles, _on_spheres, _on_planes), first, first[1:], strict=False)
+        if end > begin
+    ]
+    if len(kinds) == 1:
+        return kinds[0][2]
+    return partial(_on_several, kinds, len(geometry.normals) > 0)
+
+
+def spawn(p, offset, ng, w, arena):
+    """Origin (3, N) of a ray that leaves `p` towards `w` (3, N), moved off the surface to the side of `w`."""
+    o = arena.empty(p.shape)
+    with arena.frame():
+        step = dot(w, ng, arena)
+        np.copysign(offset, step, out=step)
+        np.multiply(ng, step, out=o)
+        np.add(o, p, out=o)
+    return o
+
+
+def spawn_to(p, offset, ng, w, distance, arena):
+    """Shadow ray from `p` along the unit vectors `w` to a point at `distance` (N,), which may be inf.
+
+    Returns
+    -------
+    o : (3, N)
+        As of `spawn`.
+    tmax : (N,)
+        Ends before the point, clear of a surface through it.
+    """
+    o = spawn(p, offset, ng, w, arena)
+    tmax = arena.empty(offset.shape)
+    np.multiply(distance, 1.0 - SHADOW_EPSILON, out=tmax)
+    np.subtract(tmax, offset, out=tmax)
+    return o, tmax
+
+
+def uv_at(geometry, name, prim, u, v, arena):
+    """UV coordinates (2, N) of hits on map `name`; zero on spheres and planes."""
+    out = arena.empty((2, prim.size))
+    table = geometry.uvs[name]
+    if not len(table):
+        out.fill(0)
+        return out
+    with arena.frame():
+        rows = _rows(table, prim, arena)
+        _interpolate([rows[:, 0:2], rows[:, 2:4], rows[:, 4:6]], u, v, out, arena)
+        if geometry.count > len(table):
+            beyond = np.greater_equal(prim, len(table), out=arena.empty(prim.size, bool))
+            np.copyto(out, np.float32(0), where=beyond)
+    return out
+
+
+# -- one kind of primitive each ----------------------------------------------------------------------------------------
+
+
+def _on_triangles(geometry, hits, o, d, arena):
+    count = hits.prim.size
+    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    smooth = len(geometry.normals) > 0
+    ns = arena.empty((3, count)) if smooth else ng
+    with arena.frame():
+        facets = _rows(geometry.facets, hits.prim, arena)
+        _interpolate([facets[:, k] for k in CORNERS], hits.u, hits.v, p, arena)
+        np.copyto(offset, facets[:, OFFSET])
+        side = _turn(facets[:, NORMAL].T, d, ng, front, arena)
+        if smooth:
+            np.copyto(ns, ng)
+            _smooth(geometry.normals, facets.view(np.int32)[:, NORMAL_ROW], hits, side, ns, arena)
+    return Interaction(p, ng, ns, front, offset, hits.prim)
+
+
+def _smooth(normals, row, hits, side, ns, arena):
+    """Write the interpolated normals of the smooth lanes into `ns`."""
+    lane = np.flatnonzero(row >= 0)
+    if lane.size == row.size:
+        _shading_normal(normals, row, hits.u, hits.v, side, ns, arena)
+    elif lane.size:
+        n = arena.empty((3, lane.size))
+        row, u, v, side = (arena.take(a, lane) for a in (row, hits.u, hits.v, side))
+        _shading_normal(normals, row, u, v, side, n, arena)
+        for i in range(3):
+            ns[i][lane] = n[i]
+
+
+def _shading_normal(normals, row, u, v, side, out, arena):
+    rows = _rows(normals, row, arena)
+    _interpolate([rows[:, 0:3], rows[:, 3:6], rows[:, 6:9]], u, v, out, arena)
+    normalize(out, arena, out=out)
+    np.multiply(out, side, out=out)
+
+
+def _on_spheres(geometry, hits, o, d, arena):
+    count = hits.prim.size
+    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    with arena.frame():
+        number = np.subtract(hits.prim, geometry.triangle_count, out=arena.empty(count, np.int32))
+        center, radius = arena.take(geometry.centers, number), arena.take(geometry.radii, number)
+        n = arena.empty((3, count))
+        np.multiply(d, hits.t, out=n)
+        np.add(n, o, out=n)
+        np.subtract(n, center, out=n)
+        normalize(n, arena, out=n)
+        np.multiply(n, radius, out=p)
+        np.add(p, center, out=p)
+        _turn(n, d, ng, front, arena)
+        # The error of the nearest point and of Embree's discriminant, both of the order of the radius.
+        _projected(center, ng, offset, arena)
+        np.add(offset, radius, out=offset)
+        np.multiply(offset, _SPHERE_SLACK, out=offset)
+    return Interaction(p, ng, ng, front, offset, hits.prim)
+
+
+def _on_planes(geometry, hits, o, d, arena):
+    count = hits.prim.size
+    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    with arena.frame():
+        number = np.subtract(hits.prim, geometry.count - geometry.plane_count, out=arena.empty(count, np.int32))
+        point, n = arena.take(geometry.plane_points, number), arena.take(geometry.plane_normals, number)
+        away, move, reach = arena.empty((3, count)), arena.empty((3, count)), arena.zeros((3, count))
+        np.multiply(d, hits.t, out=p)
+        np.add(p, o, out=p)
+        np.subtract(p, point, out=away)
+        np.multiply(n, dot(away, n, arena), out=move)
+        np.subtract(p, move, out=p)
+        _turn(n, d, ng, front, arena)
+        # Everything that was rounded on the way.
+        for part in (p, move, point):
+            np.abs(part, out=away)
+            np.add(reach, away, out=reach)
+        _projected(reach, ng, offset, arena)
+        np.multiply(offset, _PLANE_SLACK, out=offset)
+        # In a plane through zero along the axes nothing is rounded, and any distance will do.
+        np.maximum(offset, 1e-30, out=offset)
+    return Interaction(p, ng, ng, front, offset, hits.prim)
+
+
+def _on_several(kinds, smooth, hits, o, d, arena):
+    """Each kind of primitive on its own lanes."""
+    count = hits.prim.size
+    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    ns = arena.empty((3, count)) if smooth else ng
+    for begin, end, interact in kinds:
+        lane = np.flatnonzero((hits.prim >= begin) & (hits.prim < end))
+        with arena.frame():
+            part = interact(type(hits)(*(arena.take(a, lane) for a in hits)), arena.take(o, lane),
+                            arena.take(d, lane), arena)
+            p[:, lane], ng[:, lane], front[lane], offset[lane] = part.p, part.ng, part.front, part.offset
+            if smooth:
+                ns[:, lane] = part.ns
+    return Interaction(p, ng, ns, front, offset, hits.prim)
+
+
+# -- steps -------------------------------------------------------------------------------------------------------------
+
+
+def _rows(table, index, arena):
+    """Rows `index` of `table` (R, C); one cache line a lane, which one gather a column would not be."""
+    out = arena.empty((index.size, table.shape[1]), table.dtype)
+    return np.take(table, index, axis=0, out=out, mode="clip")
+
+
+def _interpolate(corners, u, v, out, arena):
+    """(1-u-v) a + u b + v c of three (N, C) arrays, into `out` (C, N)."""
+    a, b, c = corners
+    with arena.frame():
+        w, t = arena.empty(u.size), arena.empty(u.size)
+        np.subtract(1.0, u, out=w)
+        np.subtract(w, v, out=w)
+        for i in range(len(out)):
+            np.multiply(a[:, i], w, out=out[i])
+            np.multiply(b[:, i], u, out=t)
+            np.add(out[i], t, out=out[i])
+            np.multiply(c[:, i], v, out=t)
+            np.add(out[i], t, out=out[i])
+
+
+def _turn(n, d, ng, front, arena):
+    """Write `n` turned to the viewer and whether it was there before; +1 or -1 (N,) by which it was multiplied."""
+    side = arena.empty(front.size)
+    dot(n, d, arena, out=side)
+    np.negative(side, out=side)
+    np.copysign(1.0, side, out=side)
+    np.greater(side, 0.0, out=front)
+    np.multiply(n, side, out=ng)
+    return side
+
+
+def _projected(reach, n, out, arena):
+    """|reach| · |n|."""
+    with arena.frame():
+        a = np.abs(reach, out=arena.empty(reach.shape))
+        b = np.abs(n, out=arena.empty(n.shape))
+        dot(a, b, arena, out=out)

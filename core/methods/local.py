@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The local model of the classic methods, and Whitted's rays beyond it.
+
+At a hit: emitted light + ambient · diffuse + for each light E V (diffuse cosθ/π + specular (m + 2)/2π cosᵐα cosθ), with E
+the light's irradiance (core.lights.classic), V its visibility, α the angle to the mirror direction. The lobe is the
+energy-conserving form of Phong's: Lafortune and Willems, "Using the Modified Phong Reflectance Model for Physically
+Based Rendering", 1994. In the limit of depth, k_s · (mirror ray) + k_t · (refracted ray) is added: Whitted, "An Improved
+Illumination Model for Shaded Display", CACM 23(6), 1980.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..bsdf.phong import PhongParameters, phong_parameters
+from ..compile.features import Feature
+from ..interaction import spawn, spawn_to
+from ..vecmath import dot, reflect
+from .wavefront import Wavefront, any_channel, gather, slices, surface_context
+
+_INV_PI, _INV_TWO_PI = 1 / np.pi, 0.5 / np.pi
+_PRUNE = 1 / 1024  # rays that carry less than this are not traced
+
+
+class Rays(NamedTuple):
+    """Rays of one level: origins and directions (3, N), distance limits, weights (3, N) and the lanes they add to."""
+
+    o: np.ndarray
+    d: np.ndarray
+    tmax: np.ndarray | None
+    weight: np.ndarray | None
+    lane: np.ndarray | None
+
+
+class LocalModel(Wavefront):
+    """A classic method: `shadows` and `levels` tell which."""
+
+    shadows = True
+
+    @property
+    def levels(self):
+        """Hits in a row that are shaded."""
+        return 1
+
+    def trace(self, chunk, worker):
+        """Radiance of a chunk, (channels, lanes)."""
+        worker.restart()
+        radiance = worker.output.zeros((self.channels, chunk.lanes))
+        if self.channels == 4:
+            radiance[3].fill(1)
+        _, _, o, d, tmax = self.camera_lanes(chunk, worker, worker.states[0])
+        rays = Rays(o, d, tmax, None, None)
+        for level in range(self.levels):
+            with worker.scratch.frame():
+                rays = self._level(rays, level, radiance, worker)
+            if rays is None:
+                break
+        return radiance
+
+    def place_samples(self, jitter, chunk):
+        """The first sample is in the pixel's centre, as in the thesis; further ones smooth the edges."""
+        for number, sample in enumerate(chunk.samples):
+            if sample == 0:
+                jitter[:, number * chunk.pixels.size : (number + 1) * chunk.pixels.size] = 0.5
+
+    def _level(self, rays, level, radiance, worker):
+        arena = worker.scratch
+        hits = self.scene.accel.intersect(rays.o, rays.d, rays.tmax, arena, clock=worker.clock)
+        if level:
+            worker.rays["secondary"] += rays.o.shape[1]
+        self._add_environment(rays, hits, level, radiance, arena)
+        order, groups = self.scene.grouped(hits.prim, arena)
+        if order.size == 0:
+            return None
+        if order.size < hits.prim.size or len(groups) > 1:
+            hits, rays = gather(hits, order, arena), gather(rays, order, arena)
+            if rays.lane is None:
+                rays = rays._replace(lane=order.astype(np.int32))
+        surface = self.scene.interact(hits, rays.o, rays.d, arena)
+        phong = self._parameters(surface, groups, arena)
+        light = self._illuminated(surface, phong, worker)
+        self._add(radiance, rays, light)
+        if level == self.levels - 1:
+            return None
+        return self._further(rays, surface, phong, level, worker)
+
+    def _add_environment(self, rays, hits, level, radiance, arena):
+        missed = np.flatnonzero(hits.prim < 0)
+        if missed.size == 0:
+            return
+        if level == 0 and Feature.TRANSPARENT_FILM in self.features:
+            radiance[3, missed] = 0
+        elif Feature.ENVIRONMENT in self.features:
+            light = np.broadcast_to(self.scene.lights.environment.eval(None, arena), (3, missed.size))
+            self._add(radiance, Rays(*(None if a is None else a[..., missed] for a in rays)), light, missed)
+
+    def _add(self, radiance, rays, light, lanes=None):
+        """Add weighted light; several rays of a level may belong to one lane."""
+        if rays.weight is not None:
+            light = light * rays.weight
+        lane = rays.lane if rays.lane is not None else lanes
+        for row, values in zip(radiance, light, strict=False):
+            if lane is None:
+                row += values
+            elif rays.weight is None:
+                row[lane] += values
+            else:
+                row += np.bincount(lane, values, row.size).astype(np.float32)
+
+    # -- shading -------------------------------------------------------------------------------------------------------
+
+    def _parameters(self, surface, groups, arena):
+        parts = [self._group_parameters(n, slices(surface, a, b), arena) for n, a, b in groups]
+        if len(parts) == 1:
+            return self._overridden(parts[0], surface)
+        return self._overridden(PhongParameters(*(np.concatenate(c, axis=-1) for c in zip(*parts, strict=True))), surface)
+
+    def _group_parameters(self, number, surface, arena):
+        scene = self.scene
+        material = arena.take(scene.geometry.material, surface.prim)
+        constants = scene.materials.constants(number, "scatter", material, arena)
+        context = surface_context(surface, scene.geometry, arena)
+        lobes = scene.materials.programs[number].lobes_over(context, constants)
+        transparency = None
+        if scene.materials.programs[number].transparency is not None:
+            constants = scene.materials.constants(number, "transparency", material, arena)
+            transparency = scene.materials.programs[number].transparency.run(context, constants)["T"]
+        return phong_parameters(lobes, surface.ns, surface.wo, transparency, arena)
+
+    def _overridden(self, phong, surface):
+        """The scene-wide overrides of the settings."""
+        s = self.settings
+        if s.reflectivity is not None:
+            phong.k_s.fill(s.reflectivity)
+        if s.transparency is not None:
+            phong.k_t.fill(s.transparency)
+        if s.exponent is not None:
+            phong.exponent.fill(s.exponent)
+        if s.ior is not None:
+            phong.eta[:] = np.where(surface.front, s.ior, 1 / s.ior)
+        return phong
+
+    def _illuminated(self, surface, phong, worker):
+        """Emission, ambient light and the local terms of every light, (3, N)."""
+        arena = worker.scratch
+        n = surface.prim.size
+        ambient = self.scene.lights.classic.ambient_radiance if self.settings.ambient is None else np.float32(self.settings.ambient)
+        light = phong.diffuse * np.broadcast_to(ambient, 3).astype(np.float32).reshape(3, 1)
+        if Feature.EMISSIVE_SURFACES in self.features:
+            light += self.scene.emitted(surface, arena)
+        mirror = reflect(surface.wo, surface.ns, arena)
+        lights = self.scene.lights.classic
+        for k in range(lights.count):
+            with arena.frame():
+                wi, distance, irradiance = lights.illuminate(k, surface.p, arena)
+                value = self._reflected(surface, phong, mirror, wi, irradiance, n, arena)
+                lit = any_channel(value, arena)
+                if lit.size == 0:
+                    continue
+                value = arena.take(value, lit)
+                if self.shadows:
+                    distance = lights.shadow_distance(k, arena.take(distance, lit), arena)
+                    value *= self._seen(surface, lit, arena.take(wi, lit), distance, worker)
+                light[:, lit] += value
+        return light
+
+    def _reflected(self, surface, phong, mirror, wi, irradiance, n, arena):
+        """What the surface sends of a light to the viewer when nothing stands between, (3, N)."""
+        value = arena.empty((3, n))
+        with arena.frame():
+            cosine = dot(surface.ns, wi, arena)
+            # A light behind the true surface is in its shadow, whatever the smooth normal says.
+            np.copyto(cosine, 0, where=dot(surface.ng, wi, arena) <= 0)
+            np.maximum(cosine, 0, out=cosine)
+            along = np.maximum(dot(mirror, wi, arena), 1e-6)
+            lobe = np.power(along, phong.exponent) * (phong.exponent + 2) * np.float32(_INV_TWO_PI)
+            np.multiply(phong.specular, lobe, out=value)
+            value += phong.diffuse * np.float32(_INV_PI)
+            value *= cosine
+            value *= irradiance
+        return value
+
+    def _seen(self, surface, lanes, wi, distance, worker):
+        arena = worker.scratch
+        p, offset, ng = (arena.take(a, lanes) for a in (surface.p, surface.offset, surface.ng))
+        o, tmax = spawn_to(p, offset, ng, wi, distance, arena)
+        return self.visibility(o, wi, tmax, worker)
+
+    # -- rays beyond ---------------------------------------------------------------------------------------------------
+
+    def _further(self, rays, surface, phong, level, worker):
+        """Mirror and refracted rays of a level, one after the other; None when none carries enough."""
+        arena = worker.scratch
+        out = worker.states[(level + 1) & 1]
+        out.reset()
+        before = np.float32(1) if rays.weight is None else rays.weight
+        lane = np.arange(surface.prim.size, dtype=np.int32) if rays.lane is None else rays.lane
+        bent, total = _refracted(surface, phong.eta, arena)
+        # Where light cannot leave, the mirror ray carries the refracted one's share too.
+        shares = ((reflect(surface.wo, surface.ns, arena), phong.k_s + phong.k_t * total), (bent, phong.k_t * ~total))
+        parts = []
+        for wi, share in shares:
+            weight = share * before
+            kept = np.flatnonzero(weight.max(axis=0) > _PRUNE)
+            if kept.size:
+                d = arena.take(wi, kept)
+                p, offset, ng = (arena.take(a, kept) for a in (surface.p, surface.offset, surface.ng))
+                parts.append((spawn(p, offset, ng, d, arena), d, weight[:, kept], lane[kept]))
+        if not parts:
+            return None
+        o, d, weight, lane = (_stacked(column, out) for column in zip(*parts, strict=True))
+        return Rays(o, d, None, weight, lane)
+
+
+def _refracted(surface, eta, arena):
+    """Snell's direction (3, N), and where there is none (total reflection), (N,) bool."""
+    cosine = dot(surface.wo, surface.ns, arena)
+    ratio = 1 / eta
+    root = 1 - ratio * ratio * (1 - cosine * cosine)
+    total = root < 0
+    wi = surface.ns * (ratio * cosine - np.sqrt(np.maximum(root, 0))) - surface.wo * ratio
+    return wi, total
+
+
+def _stacked(parts, arena):
+    """Arrays side by side, in `arena`."""
+    out = arena.empty((*parts[0].shape[:-1], sum(p.shape[-1] for p in parts)), parts[0].dtype)
+    return np.concatenate(parts, axis=-1, out=out)

@@ -1,0 +1,310 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Monte Carlo path tracing.
+
+The rendering equation, estimated by following one random direction at each hit: emitted light where the path meets
+it, a sampled light at every hit, both weighted by the power heuristic, and Russian roulette. Source: Kajiya, "The
+Rendering Equation", SIGGRAPH 1986; Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bsdf import mixture
+from ..compile.features import Feature
+from ..interaction import spawn, spawn_to
+from ..sampling.mis import weight as mis_weight
+from ..sampling.sampler import Draw
+from .transparency import pass_through
+from .wavefront import Wavefront, any_channel, gather, slices, surface_context
+
+_ROULETTE_DEPTH = 2  # hits before the first roulette
+
+
+@dataclass
+class Paths:
+    """Lanes on their way; columns that a scene does not need are None.
+
+    lane: where the path's radiance is summed (None: in order); pdf: density with which `d` was sampled (None: infinite,
+    a camera ray); passed: distance through transparent surfaces.
+    """
+
+    lane: np.ndarray | None
+    keys: np.ndarray
+    slots: np.ndarray | None
+    o: np.ndarray
+    d: np.ndarray
+    tmax: np.ndarray | None
+    beta: np.ndarray | None
+    pdf: np.ndarray | None = None
+    passed: np.ndarray | None = None
+
+    def at(self, lanes, arena):
+        """The lanes `lanes`, dense."""
+        return Paths(*(None if a is None else arena.take(a, lanes) for a in vars(self).values()))
+
+
+class PathTrace(Wavefront):
+    """Path tracing, composed of the stages that the scene needs."""
+
+    def __init__(self, compiled, settings):
+        super().__init__(compiled, settings)
+        features = compiled.features
+        self._straight = Feature.TRANSPARENCY in features
+        self._sees_film = Feature.TRANSPARENT_FILM in features
+        self._has_lights = Feature.DIRECT_LIGHT in features
+        stages = {
+            Feature.ENVIRONMENT: self._add_environment,
+            Feature.TRANSPARENT_FILM: self._clear_film,
+            Feature.EMISSIVE_SURFACES: self._add_emission,
+            Feature.LAMPS: self._add_lamps,
+        }
+        self._arrivals = tuple(stage for feature, stage in stages.items() if feature in features)
+        met_by_chance = Feature.ENVIRONMENT | Feature.EMISSIVE_SURFACES | Feature.LAMPS
+        self._last_ray_matters = bool(features & met_by_chance)
+        self._add = self._add_clamped if Feature.CLAMP in features else self._add_plain
+
+    def trace(self, chunk, worker):
+        """Radiance of a chunk, (channels, lanes)."""
+        worker.restart()
+        radiance = worker.output.zeros((self.channels, chunk.lanes))
+        if self._sees_film:
+            radiance[3].fill(1)
+        paths = self._start(chunk, worker)
+        for depth in range(self.settings.depth + 1):
+            with worker.scratch.frame():
+                paths = self._bounce(paths, depth, chunk.samples, radiance, worker)
+            if paths is None or paths.keys.size == 0:
+                break
+        return radiance
+
+    def _start(self, chunk, worker):
+        arena = worker.states[0]
+        keys, slots, o, d, tmax = self.camera_lanes(chunk, worker, arena)
+        paths = Paths(None, keys, slots, o, d, tmax, None)
+        if self._straight:
+            paths.beta = arena.full((3, keys.size), 1.0)
+            paths.passed = arena.zeros(keys.size)
+        return paths
+
+    def _bounce(self, paths, depth, samples, radiance, worker):
+        """One hit of every path; returns the paths that go on."""
+        arena = worker.scratch
+        hits = self.scene.accel.intersect(paths.o, paths.d, paths.tmax, arena, clock=worker.clock)
+        if depth > 0:
+            worker.rays["secondary"] += paths.keys.size
+        if self._straight:
+            pass_through(self.scene, paths, hits, depth, self.settings.transparent_depth, samples, worker)
+        for arrive in self._arrivals:
+            arrive(paths, hits, depth, radiance, worker)
+        if depth == self.settings.depth:
+            return None
+        return self._scatter(paths, hits, depth, samples, radiance, worker)
+
+    # -- light that a path meets ---------------------------------------------------------------------------------------
+
+    def _add_environment(self, paths, hits, depth, radiance, worker):
+        if depth == 0 and self._sees_film:
+            return
+        missed = np.flatnonzero(hits.prim < 0)
+        if missed.size == 0:
+            return
+        arena = worker.scratch
+        light = arena.empty((3, missed.size))
+        light[:] = self.scene.lights.environment.eval(None, arena)
+        self._arrive(paths, missed, light, depth, radiance, arena)
+
+    def _clear_film(self, paths, hits, depth, radiance, worker):
+        if depth > 0:
+            return
+        missed = np.flatnonzero(hits.prim < 0)
+        seen = 1.0 if paths.beta is None else paths.beta[:, missed].mean(axis=0)
+        radiance[3, missed] -= seen
+
+    def _add_emission(self, paths, hits, depth, radiance, worker):
+        met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
+        if met.size == 0:
+            return
+        arena = worker.scratch
+        hits = gather(hits, met, arena)
+        d = arena.take(paths.d, met)
+        surface = self.scene.interact(hits, arena.take(paths.o, met), d, arena)
+        light = self.scene.emitted(surface, arena)
+        if paths.pdf is not None and self._has_lights:
+            distance = hits.t if paths.passed is None else hits.t + paths.passed[met]
+            light_pdf = self.scene.lights.sampler.pdf_prim(surface.prim, d, distance, surface.ng, arena)
+            np.multiply(light, mis_weight(paths.pdf[met], light_pdf, arena), out=light)
+        self._arrive(paths, met, light, depth, radiance, arena)
+
+    def _add_lamps(self, paths, hits, depth, radiance, worker):
+        if depth == 0:
+            return  # lamps are not seen by the camera, as in Cycles
+        arena = worker.scratch
+        distance = arena.empty(hits.t.size)
+        np.copyto(distance, hits.t)
+        distance[hits.prim < 0] = np.inf
+        for lanes, emitted, light_pdf in self.scene.lights.lamps.crossings(paths.o, paths.d, distance, arena):
+            light = np.multiply(emitted, mis_weight(paths.pdf[lanes], light_pdf, arena), out=arena.empty((3, lanes.size)))
+            self._arrive(paths, lanes, light, depth, radiance, arena)
+
+    def _arrive(self, paths, lanes, light, depth, radiance, arena):
+        """Add `light` (3, n) that met the paths `lanes`."""
+        if paths.beta is not None:
+            np.multiply(light, arena.take(paths.beta, lanes), out=light)
+        where = lanes if paths.lane is None else paths.lane[lanes]
+        self._add(radiance, where, light, depth - 1)
+
+    # -- scattering ----------------------------------------------------------------------------------------------------
+
+    def _scatter(self, paths, hits, depth, samples, radiance, worker):
+        arena = worker.scratch
+        order, groups = self.scene.grouped(hits.prim, arena)
+        if order.size == 0:
+            return None
+        if order.size < hits.prim.size or len(groups) > 1:
+            hits, paths = gather(hits, order, arena), paths.at(order, arena)
+            if paths.lane is None:
+                paths.lane = order.astype(np.int32)
+        surface = self.scene.interact(hits, paths.o, paths.d, arena)
+        last = depth == self.settings.depth - 1 and not self._last_ray_matters
+        numbers = self.scene.sampler.draw
+        choice = numbers(Draw.LIGHT.at(depth), 4, paths.keys, paths.slots, samples, arena)
+        light = None
+        if self._has_lights:
+            light = self.scene.lights.sampler.sample(surface.p, choice[0], choice[1], choice[2], arena)
+        sampled = None if last else numbers(Draw.BSDF.at(depth), 3, paths.keys, paths.slots, samples, arena)
+        direct, scattered = self._shade(surface, groups, light, sampled, arena)
+        if direct is not None:
+            self._add_direct(paths, surface, light, direct, depth, radiance, worker)
+        if scattered is None:
+            return None
+        return self._go_on(paths, surface, scattered, choice[3], depth, worker)
+
+    def _shade(self, surface, groups, light, sampled, arena):
+        """Evaluate every group's materials: (direct (3, N) or None, BSDFSample or None)."""
+        results = []
+        for program, start, stop in groups:
+            part = surface if stop - start == surface.prim.size else slices(surface, start, stop)
+            results.append(self._shade_group(program, part, light, sampled, start, stop, arena))
+        if len(results) == 1:
+            return results[0]
+        direct, scattered = zip(*results, strict=True)
+        return _joined(direct, groups, arena), _joined_samples(scattered, groups, arena)
+
+    def _shade_group(self, number, surface, light, sampled, start, stop, arena):
+        scene = self.scene
+        program = scene.materials.programs[number]
+        if not program.closures:
+            return None, None
+        material = arena.take(scene.geometry.material, surface.prim)
+        constants = scene.materials.constants(number, "scatter", material, arena)
+        lobes = program.lobes_over(surface_context(surface, scene.geometry, arena), constants)
+        mix = mixture.Mixture(lobes, surface.ns)
+        direct = scattered = None
+        if light is not None and program.can_evaluate:
+            part = slices(light, start, stop)
+            direct, pdf = mixture.eval_pdf(mix, surface.ng, surface.wo, part.wi, arena)
+            np.multiply(direct, part.weight, out=direct)
+            np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
+        if sampled is not None:
+            u = sampled[:, start:stop]
+            scattered = mixture.sample(mix, surface.ng, surface.wo, u[0], u[1], u[2], arena)
+        return direct, scattered
+
+    def _add_direct(self, paths, surface, light, direct, depth, radiance, worker):
+        """Add the sampled light where nothing stands between."""
+        arena = worker.scratch
+        if paths.beta is not None:
+            np.multiply(direct, paths.beta, out=direct)
+        lit = any_channel(direct, arena)
+        if lit.size == 0:
+            return
+        direct = arena.take(direct, lit)
+        wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
+        p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
+        o, tmax = spawn_to(p, offset, ng, wi, distance, arena)
+        np.multiply(direct, self.visibility(o, wi, tmax, worker), out=direct)
+        self._add(radiance, lit if paths.lane is None else arena.take(paths.lane, lit), direct, depth)
+
+    def _go_on(self, paths, surface, scattered, u, depth, worker):
+        """Throughput, roulette, and the surviving paths in the other state arena."""
+        arena = worker.scratch
+        beta = scattered.weight
+        if paths.beta is not None:
+            beta = np.multiply(beta, paths.beta, out=arena.empty((3, u.size)))
+        alive, survival = _roulette(beta, u, depth, arena)
+        if alive.size == 0:
+            return None
+        out = worker.states[(depth + 1) & 1]
+        out.reset()
+        d = out.take(scattered.wi, alive)
+        kept = Paths(
+            lane=alive.astype(np.int32) if paths.lane is None else out.take(paths.lane, alive),
+            keys=out.take(paths.keys, alive),
+            slots=None if paths.slots is None else out.take(paths.slots, alive),
+            o=spawn(arena.take(surface.p, alive), arena.take(surface.offset, alive), arena.take(surface.ng, alive), d, out),
+            d=d,
+            tmax=None,
+            beta=out.take(np.broadcast_to(beta, (3, u.size)), alive),
+            pdf=out.take(scattered.pdf, alive),
+            passed=out.zeros(alive.size) if self._straight else None,
+        )
+        if survival is not None:
+            np.divide(kept.beta, arena.take(survival, alive), out=kept.beta)
+        return kept
+
+    # -- film ----------------------------------------------------------------------------------------------------------
+
+    def _add_plain(self, radiance, lanes, light, bounces):
+        """Add `light` to `lanes`, which are unique."""
+        for row, values in zip(radiance, light, strict=False):
+            row[lanes] += values
+
+    def _add_clamped(self, radiance, lanes, light, bounces):
+        """The same with each contribution's sum of channels limited; its hue stays."""
+        limit = self.settings.clamp_direct if bounces <= 0 else self.settings.clamp_indirect
+        if limit > 0:
+            total = np.abs(light).sum(axis=0)
+            light *= np.minimum(1, limit / np.maximum(total, limit))
+        self._add_plain(radiance, lanes, light, bounces)
+
+
+def _roulette(beta, u, depth, arena):
+    """Lanes that survive, and each lane's chance to (None before roulette starts)."""
+    chance = arena.empty(u.size)
+    with arena.frame():
+        t = arena.empty(u.size)
+        np.abs(beta[0], out=chance)
+        for row in beta[1:]:
+            np.abs(row, out=t)
+            np.maximum(chance, t, out=chance)
+    if depth < _ROULETTE_DEPTH:
+        return np.flatnonzero(chance), None
+    np.minimum(chance, 1, out=chance)
+    return np.flatnonzero(u < chance), chance
+
+
+def _joined(parts, groups, arena):
+    """Directs of all groups in one array; None when no group has any."""
+    if all(p is None for p in parts):
+        return None
+    out = arena.empty((3, groups[-1][2]))
+    for part, (_, start, stop) in zip(parts, groups, strict=True):
+        out[:, start:stop] = 0 if part is None else part
+    return out
+
+
+def _joined_samples(parts, groups, arena):
+    """BSDF samples of all groups in one; lanes of a group without get weight 0."""
+    found = [p for p in parts if p is not None]
+    if not found:
+        return None
+    count = groups[-1][2]
+    wi, weight, pdf = arena.zeros((3, count)), arena.zeros((3, count)), arena.zeros(count)
+    for part, (_, start, stop) in zip(parts, groups, strict=True):
+        if part is None:
+            continue
+        wi[:, start:stop], weight[:, start:stop], pdf[start:stop] = part.wi, part.weight, part.pdf
+    return type(found[0])(wi, weight, pdf)

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surfaces that let light pass straight through: alpha and the Transparent BSDF.
+
+A passage is no hit: paths decide by chance whether to go on, shadow rays multiply what is left.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..interaction import spawn
+from ..nodes.base import Context
+from ..sampling.sampler import Draw
+
+_PASSAGE_GROUPS = 1 << 16  # dimensions of each further passage of one bounce
+
+
+def straight_weight(scene, surface, arena):
+    """What each lane's surface lets pass unbent, (3, N)."""
+    weight = arena.zeros((3, surface.prim.size))
+    material = arena.take(scene.geometry.material, surface.prim)
+    for number, lanes in scene.materials.groups(material, arena):
+        program = scene.materials.programs[number]
+        if program.transparency is None:
+            continue
+        part = surface if lanes is None else type(surface)(*(None if a is None else a[..., lanes] for a in surface))
+        constants = scene.materials.constants(number, "transparency", material if lanes is None else material[lanes], arena)
+        value = program.transparency.run(Context(arena, part.prim.size, part, scene.geometry), constants)["T"]
+        weight[:, slice(None) if lanes is None else lanes] = value
+    return weight
+
+
+def transmittance(scene, o, d, tmax, transparent_depth, worker):
+    """Light that reaches the end of shadow rays, (3, N): 0 behind an opaque surface."""
+    arena = worker.scratch
+    n = o.shape[1]
+    left = arena.full((3, n), 1.0)
+    lane = np.arange(n)
+    for _ in range(transparent_depth + 1):
+        worker.rays["shadow"] += lane.size
+        hits = scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
+        met = np.flatnonzero(hits.prim >= 0)
+        if met.size == 0:
+            return left
+        hits = type(hits)(*(arena.take(a, met) for a in hits))
+        o, d, lane = arena.take(o, met), arena.take(d, met), lane[met]
+        surface = scene.interact(hits, o, d, arena)
+        left[:, lane] *= straight_weight(scene, surface, arena)
+        goes = np.flatnonzero(left[:, lane].any(axis=0))
+        tmax = arena.take(tmax, met)[goes] - hits.t[goes]
+        d, lane = arena.take(d, goes), lane[goes]
+        o = spawn(surface.p[:, goes], surface.offset[goes], surface.ng[:, goes], d, arena)
+        if lane.size == 0:
+            return left
+    left[:, lane] = 0
+    return left
+
+
+def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
+    """Carry lanes through surfaces that they pass straight.
+
+    Changes `state` (beta, o, passed) and `hits` in place: afterwards each hit is one that scatters, or a miss.
+    """
+    arena = worker.scratch
+    lane = np.flatnonzero(np.take(scene.transparent_prim, hits.prim, mode="wrap"))
+    for passage in range(transparent_depth + 1):
+        if lane.size == 0:
+            return
+        part = type(hits)(*(a[lane] for a in hits))
+        d = arena.take(state.d, lane)
+        surface = scene.interact(part, arena.take(state.o, lane), d, arena)
+        weight = straight_weight(scene, surface, arena)
+        chance = np.clip(weight.max(axis=0), 0.0, 1.0)
+        slots = None if state.slots is None else state.slots[lane]
+        group = Draw.STRAIGHT.at(depth) + _PASSAGE_GROUPS * (passage + 1)
+        u = scene.sampler.draw(group, 1, state.keys[lane], slots, samples, arena)[0]
+        passes = u < chance
+        stays = np.flatnonzero(~passes)
+        state.beta[:, lane[stays]] /= 1 - chance[stays]
+        goes = np.flatnonzero(passes)
+        lane = lane[goes]
+        state.beta[:, lane] *= weight[:, goes] / chance[goes]
+        if passage == transparent_depth:
+            state.beta[:, lane] = 0
+            return
+        d = d[:, goes]
+        o = spawn(surface.p[:, goes], surface.offset[goes], surface.ng[:, goes], d, arena)
+        state.o[:, lane] = o
+        state.passed[lane] += part.t[goes]
+        tmax = None
+        if state.tmax is not None:
+            state.tmax[lane] -= part.t[goes]
+            tmax = state.tmax[lane]
+        worker.rays["secondary"] += lane.size
+        further = scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
+        for column, values in zip(hits, further, strict=True):
+            column[lane] = values
+        lane = lane[np.take(scene.transparent_prim, further.prim, mode="wrap")]

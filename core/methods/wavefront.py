@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all methods share: a worker's memory and counters, camera rays, visibility.
+
+A chunk is a set of lanes (pixel samples) that one worker carries from the camera to the film.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arena import Arena
+from ..compile.features import Feature
+from ..nodes.base import Context
+from ..sampling.sampler import Draw
+from .transparency import transmittance
+
+
+@dataclass
+class Clock:
+    """Seconds spent inside Embree."""
+
+    seconds: float = 0.0
+
+
+@dataclass
+class Worker:
+    """Memory and counters of one thread.
+
+    `output` holds a chunk's radiance, `scratch` what one bounce needs, `states` the lanes that go on: one arena for
+    even and one for odd bounces.
+    """
+
+    output: Arena = field(default_factory=Arena)
+    scratch: Arena = field(default_factory=Arena)
+    states: tuple[Arena, Arena] = field(default_factory=lambda: (Arena(), Arena()))
+    clock: Clock = field(default_factory=Clock)
+    rays: dict = field(default_factory=lambda: {"camera": 0, "shadow": 0, "secondary": 0})
+    nonfinite: int = 0
+
+    @property
+    def nbytes(self):
+        """Memory held."""
+        return sum(arena.nbytes for arena in (self.output, self.scratch, *self.states))
+
+    def restart(self):
+        """Give back the memory of the chunk before."""
+        for arena in (self.output, self.scratch, *self.states):
+            arena.reset()
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Pixels and samples of a chunk; lane ``s * P + p`` is sample number s of pixel p.
+
+    pixels : (P,) int32, ``y * width + x`` of the whole frame; samples : tuple of int.
+    """
+
+    pixels: np.ndarray
+    samples: tuple
+
+    @property
+    def lanes(self):
+        """Number of lanes."""
+        return self.pixels.size * len(self.samples)
+
+
+class Wavefront:
+    """Base of the methods; one object serves all workers.
+
+    Parameters
+    ----------
+    compiled : CompiledScene
+    settings : Settings
+    """
+
+    def __init__(self, compiled, settings):
+        self.scene = compiled
+        self.features = compiled.features
+        self.settings = settings
+        self.channels = 4 if settings.transparent_film else 3
+        self.visibility = self._through_surfaces if Feature.TRANSPARENCY in compiled.features else self._unblocked
+
+    def trace(self, chunk, worker):
+        """Radiance of a chunk, (channels, lanes) float32 in `worker.output`."""
+        raise NotImplementedError
+
+    def camera_lanes(self, chunk, worker, arena):
+        """Keys, slots and rays of a chunk: (keys, slots, o, d, tmax)."""
+        count = len(chunk.samples)
+        pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
+        slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
+        keys = self.scene.sampler.keys(pixels, arena)
+        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), 2, keys, slots, chunk.samples, arena)
+        self.place_samples(jitter, chunk)
+        o, d, tmax = self.scene.camera.rays(pixels, jitter, arena)
+        worker.rays["camera"] += pixels.size
+        return keys, slots, o, d, tmax
+
+    def place_samples(self, jitter, chunk):
+        """Where in their pixels (2, N) the samples fall; the default leaves them at random."""
+
+    def _unblocked(self, o, d, tmax, worker):
+        """How much light passes along shadow rays: (N,) float32, 0 or 1."""
+        arena = worker.scratch
+        worker.rays["shadow"] += o.shape[1]
+        blocked = self.scene.accel.occluded(o, d, tmax, arena, clock=worker.clock)
+        clear = arena.empty(o.shape[1])
+        np.subtract(1, blocked, out=clear, casting="unsafe")
+        return clear
+
+    def _through_surfaces(self, o, d, tmax, worker):
+        """The same where surfaces let light pass straight through: (3, N)."""
+        return transmittance(self.scene, o, d, tmax, self.settings.transparent_depth, worker)
+
+
+def surface_context(surface, geometry, arena):
+    """The `Context` in which programs run over the lanes of `surface`."""
+    return Context(arena, surface.prim.size, surface, geometry)
+
+
+def gather(columns, lanes, arena):
+    """Lanes of a NamedTuple of arrays, dense; the same array twice is gathered once."""
+    taken = {}
+    for a in columns:
+        if a is not None and id(a) not in taken:
+            taken[id(a)] = arena.take(a, lanes)
+    return type(columns)(*(None if a is None else taken[id(a)] for a in columns))
+
+
+def slices(columns, start, stop):
+    """Lanes start to stop of a NamedTuple of arrays, as views; the same array twice stays one."""
+    views = {id(a): a[..., start:stop] for a in columns if a is not None}
+    return type(columns)(*(None if a is None else views[id(a)] for a in columns))
+
+
+def any_channel(color, arena):
+    """Lanes of `color` (3, N) in which some channel is not zero."""
+    with arena.frame():
+        total, t = arena.empty(color.shape[1]), arena.empty(color.shape[1])
+        np.abs(color[0], out=total)
+        for row in color[1:]:
+            np.abs(row, out=t)
+            np.add(total, t, out=total)
+        return np.flatnonzero(total)

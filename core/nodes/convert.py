@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's implicit conversions, and the arithmetic that the compiler itself puts in."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .base import Operation
+
+# Rec.709 luminance, as Blender's default working space uses it.
+_LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+
+def to_dimension(value, dimension, arena, color=True):
+    """`value` as a number (1 row) or a vector (3 rows).
+
+    A vector becomes a number by luminance when it is a colour, else by its mean; a number fills a vector.
+    """
+    if dimension == 3:
+        return value if value.ndim == 2 else np.broadcast_to(value, (3, value.shape[-1]))
+    if value.ndim == 1:
+        return value
+    weights = _LUMINANCE if color else (1 / 3, 1 / 3, 1 / 3)
+    out = arena.empty(value.shape[-1])
+    with arena.frame():
+        t = arena.empty(value.shape[-1])
+        np.multiply(value[0], weights[0], out=out)
+        for row, weight in zip(value[1:], weights[1:], strict=True):
+            np.multiply(row, weight, out=t)
+            np.add(out, t, out=out)
+    return out
+
+
+def _convert(context, inputs, properties):
+    color = properties.get("from", "color") == "color"
+    dimension = 1 if properties.get("to", "float") in ("float", "int", "bool") else 3
+    return {"value": to_dimension(inputs["value"], dimension, context.arena, color)}
+
+
+def _constant(context, inputs, properties):
+    return {"color": inputs["value"], "value": inputs["value"]}
+
+
+def _multiply(context, inputs, properties):
+    return {"value": inputs["a"] * inputs["b"]}
+
+
+def _add(context, inputs, properties):
+    return {"value": inputs["a"] + inputs["b"]}
+
+
+def _clamp(context, inputs, properties):
+    return {"value": np.clip(inputs["a"], 0, 1)}
+
+
+def _complement(context, inputs, properties):
+    return {"value": np.float32(1) - inputs["a"]}
+
+
+OPERATIONS = {
+    "convert": Operation(_convert, {"value": None}),
+    "rgb": Operation(_constant, {"value": (0.5, 0.5, 0.5)}),
+    "value": Operation(_constant, {"value": 0.0}),
+    "multiply": Operation(_multiply, {"a": None, "b": None}),
+    "add": Operation(_add, {"a": None, "b": None}),
+    "clamp": Operation(_clamp, {"a": None}),
+    "complement": Operation(_complement, {"a": None}),
+}

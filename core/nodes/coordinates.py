@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texture coordinates."""
+
+from __future__ import annotations
+
+from ..interaction import uv_at
+from .base import Operation
+
+
+def lookup_uv(context, name):
+    """UV map `name` of the lanes, (3, N) with a zero third row; "" is each mesh's active map."""
+    out = context.arena.zeros((3, context.count))
+    s = context.surface
+    out[:2] = uv_at(context.geometry, name, s.prim, s.u, s.v, context.arena)
+    return out
+
+
+def _uv_map(context, inputs, properties):
+    return {"uv": lookup_uv(context, properties.get("uv_map", ""))}
+
+
+def _tex_coord(context, inputs, properties):
+    uv = lookup_uv(context, "")
+    return dict.fromkeys(("uv", "generated", "normal", "object", "camera", "window", "reflection"), uv)
+
+
+OPERATIONS = {
+    "uv_map": Operation(_uv_map, foldable=False),
+    "tex_coord": Operation(_tex_coord, foldable=False),
+}

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Random numbers keyed by (seed, pixel, sample, dimension).
+
+The same key gives the same number whatever the tile, chunk or thread. Early dimensions are Sobol points with Owen
+scrambling: the sample index is shuffled by a hash of the dimension alone, so the Sobol integer is one scalar for all
+lanes that share a sample, and only the scramble is per lane. Deeper dimensions are independent numbers.
+
+Sources: Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; Laine and Karras, "Stratified Sampling for
+Stochastic Transparency", EGSR 2011; direction numbers of Joe and Kuo, "Constructing Sobol sequences with better
+two-dimensional projections", 2008; integer hash of Wellons, "Prospecting for Hash Functions", 2018.
+"""
+
+from __future__ import annotations
+
+import enum
+from functools import lru_cache
+
+import numpy as np
+
+_MASK = 0xFFFFFFFF
+_TO_UNIT = 2.0**-24  # 24 bits fill a float32's mantissa; 32 could round to 1
+_JOE_KUO = ((1, 0, (1,)), (2, 1, (1, 3)), (3, 1, (1, 3, 1)))  # degree, coefficients, first directions
+
+
+class Draw(enum.IntEnum):
+    """Groups of four numbers that a path uses; a bounce's groups follow one another."""
+
+    PIXEL = 0  # x, y in the pixel; two left for the lens
+    LIGHT = 1  # choice, u0, u1, roulette
+    BSDF = 2  # lobe, u0, u1
+    STRAIGHT = 3  # choice at transparent surfaces
+
+    def at(self, depth):
+        """Number of this group at bounce `depth`."""
+        return int(self) + 4 * depth
+
+
+class Sampler:
+    """Numbers of one render.
+
+    Parameters
+    ----------
+    seed : int
+    sobol_depth : int
+        Bounces whose numbers are Sobol points; deeper ones are independent.
+    """
+
+    def __init__(self, seed, sobol_depth=3):
+        self.seed = int(seed) & _MASK
+        self._sobol_groups = 4 * sobol_depth
+
+    def keys(self, pixels, arena):
+        """The key (P,) uint32 of each pixel number (P,) int32."""
+        out = arena.empty(pixels.size, np.uint32)
+        np.multiply(pixels.view(np.uint32), np.uint32(0x9E3779B1), out=out)
+        np.bitwise_xor(out, np.uint32(hash_int(self.seed + 0x51ED27)), out=out)
+        return _mix(out, arena)
+
+    def draw(self, group, count, keys, slots, samples, arena):
+        """The first `count` numbers of `group`.
+
+        Parameters
+        ----------
+        group : int
+            From `Draw.at`.
+        keys : (N,) uint32
+            Of the lane's pixel.
+        slots : (N,) uint8 or None
+            Which of `samples` the lane carries; None when there is one.
+        samples : tuple of int
+            Sample numbers in the chunk.
+
+        Returns
+        -------
+        (count, N) float32 in [0, 1)
+        """
+        out = arena.empty((count, keys.size))
+        with arena.frame():
+            for dimension in range(count):
+                if group < self._sobol_groups:
+                    bits = self._owen(group, dimension, keys, slots, samples, arena)
+                else:
+                    bits = self._independent(group, dimension, keys, slots, samples, arena)
+                np.right_shift(bits, np.uint32(8), out=bits)
+                np.copyto(out[dimension], bits.view(np.int32), casting="unsafe")
+                np.multiply(out[dimension], _TO_UNIT, out=out[dimension])
+        return out
+
+    def _owen(self, group, dimension, keys, slots, samples, arena):
+        points = [reversed_sobol(group, s, self.seed)[dimension] for s in samples]
+        x = _scalar_or_slots(points, slots, arena)
+        scramble = arena.empty(keys.size, np.uint32)
+        np.multiply(keys, np.uint32(hash_int(group * 4 + dimension + 1) | 1), out=scramble)
+        t = arena.empty(keys.size, np.uint32)
+        np.right_shift(scramble, np.uint32(15), out=t)
+        np.bitwise_xor(scramble, t, out=scramble)
+        # Each step lets a bit change only the bits above it: an Owen scramble of the reversed number.
+        np.add(scramble, x, out=scramble)
+        for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
+            np.multiply(scramble, np.uint32(factor), out=t)
+            np.bitwise_xor(scramble, t, out=scramble)
+        return _reverse(scramble, t)
+
+    def _independent(self, group, dimension, keys, slots, samples, arena):
+        numbers = [hash_int(self.seed ^ hash_int(s * 0x3C6EF372 + group * 4 + dimension)) for s in samples]
+        out = arena.empty(keys.size, np.uint32)
+        np.add(keys, _scalar_or_slots(numbers, slots, arena), out=out)
+        return _mix(out, arena)
+
+
+def hash_int(x):
+    """Well-mixed 32 bits of the Python int `x`."""
+    x &= _MASK
+    x ^= x >> 16
+    x = x * 0x7FEB352D & _MASK
+    x ^= x >> 15
+    x = x * 0x846CA68B & _MASK
+    return x ^ x >> 16
+
+
+@lru_cache(maxsize=1 << 16)
+def reversed_sobol(group, sample, seed):
+    """Four Sobol integers, bits reversed, of `sample` shuffled for `group`."""
+    index = _owen_int(sample, hash_int(seed * 0x9E3779B1 + group + 0x2545F491))
+    return tuple(reverse_int(_sobol_int(index, directions)) for directions in _directions())
+
+
+def reverse_int(x):
+    """The 32 bits of `x` in reversed order."""
+    return int(f"{x:032b}"[::-1], 2)
+
+
+def _owen_int(x, seed):
+    x = (reverse_int(x) + seed) & _MASK
+    for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
+        x ^= x * factor & _MASK
+    return reverse_int(x)
+
+
+def _sobol_int(index, directions):
+    x, bit = 0, 0
+    while index:
+        if index & 1:
+            x ^= directions[bit]
+        index >>= 1
+        bit += 1
+    return x
+
+
+@lru_cache(maxsize=1)
+def _directions():
+    """Direction integers of the first four Sobol dimensions; the first is van der Corput's."""
+    dimensions = [tuple(1 << (31 - i) for i in range(32))]
+    for degree, coefficients, first in _JOE_KUO:
+        v = [m << (31 - i) for i, m in enumerate(first)]
+        for i in range(degree, 32):
+            x = v[i - degree] ^ (v[i - degree] >> degree)
+            for k in range(1, degree):
+                if coefficients >> (degree - 1 - k) & 1:
+                    x ^= v[i - k]
+            v.append(x)
+        dimensions.append(tuple(v))
+    return tuple(dimensions)
+
+
+def _scalar_or_slots(numbers, slots, arena):
+    if slots is None:
+        return np.uint32(numbers[0])
+    return arena.take(np.array(numbers, np.uint32), slots)
+
+
+def _mix(x, arena):
+    """Hash each of `x` (N,) uint32 in place."""
+    with arena.frame():
+        t = arena.empty(x.size, np.uint32)
+        for shift, factor in ((16, 0x7FEB352D), (15, 0x846CA68B), (16, None)):
+            np.right_shift(x, np.uint32(shift), out=t)
+            np.bitwise_xor(x, t, out=x)
+            if factor is not None:
+                np.multiply(x, np.uint32(factor), out=x)
+    return x
+
+
+def _reverse(x, t):
+    """Reverse the bits of each of `x` in place; `t` is scratch."""
+    for shift, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F)):
+        np.right_shift(x, np.uint32(shift), out=t)
+        np.bitwise_and(t, np.uint32(mask), out=t)
+        np.bitwise_and(x, np.uint32(mask), out=x)
+        np.left_shift(x, np.uint32(shift), out=x)
+        np.bitwise_or(x, t, out=x)
+    return x.byteswap(inplace=True)
