@@ -61,6 +61,8 @@ def export_job(depsgraph, camera=None, size=None, **overrides):
     scene = depsgraph.scene_eval
     width, height = size or frame_size(scene)
     border = render_border(scene, width, height)
+    if border and (border[0] >= border[2] or border[1] >= border[3]):
+        raise SceneError("the render border holds no pixel; widen it or switch it off")
     settings = properties.settings_of(scene, width=width, height=height, border=border, **overrides)
     if scene.render.use_multiview:
         diagnostics.warn("stereo views are not rendered apart; each shows the picture of the one camera")

@@ -28,6 +28,9 @@ _TRIANGLES, _SPHERE_POINTS = 0, 50
 _INDEX, _VERTEX = 0, 1
 _UINT3, _FLOAT3, _FLOAT4 = 0x5003, 0x9003, 0x9004
 
+# So many spheres are cheap enough in closed form where Embree is built to cull their insides.
+_FEW = 64
+
 # Where embreex keeps its handles, in bytes from the start of the object.
 _SCENE_AT, _DEVICE_OBJECT_AT, _DEVICE_AT = 16, 32, 16
 
@@ -58,6 +61,9 @@ class Accel:
     Both queries take `o` (3, N), `d` (3, N) or (3, 1) of any length, and `tmax` (N,) in units of |d| or None, all
     float32; none is modified. A surface at distance 0 counts as hit, so origins must clear it first
     (`core.interaction`). Rays with NaN or without a direction miss. `clock.seconds` grows by the time spent in Embree.
+
+    Blender's own Embree, which embreex is bound to inside Blender on Linux, does not show a sphere to rays from its
+    inside. There up to 64 spheres are met in closed form; more of them are Embree's, and `insides_missed` is True.
     """
 
     def __init__(self, geometry, native=True):
@@ -74,8 +80,12 @@ class Accel:
         if geometry.triangle_count and not (api and self._attach_triangles(api, geometry.facets)):
             TriangleMesh(self._scene, np.ascontiguousarray(geometry.corners.T).reshape(-1, 3, 3))
         self._spheres_attached = bool(
-            api and geometry.sphere_count and _sees_inside() and self._attach_spheres(api, _sphere_table(geometry))
+            api
+            and geometry.sphere_count
+            and (_sees_inside() or geometry.sphere_count > _FEW)
+            and self._attach_spheres(api, _sphere_table(geometry))
         )
+        self.insides_missed = self._spheres_attached and not _sees_inside()
         if not self._spheres_attached:
             self._analytic += [
                 (geometry.triangle_count + s, partial(sphere_distance, geometry.centers[:, s], geometry.radii[s]))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that a ray can hit, as read-only tables.
 
-Primitives are numbered through: triangles ``0..T-1``, then S spheres, then K infinite planes. A triangle's corners, normal
-and error bound stand in one row of 64 bytes, its *facet*: a hit costs one cache line, and Embree reads its vertices from
-the same memory.
+Primitives are numbered through: triangles ``0..T-1``, then S spheres, then K infinite planes. A triangle's corners,
+normal and error bound stand in one row of 64 bytes, its *facet*: a hit costs one cache line, and Embree reads its
+vertices from the same memory.
 """
 
 from __future__ import annotations

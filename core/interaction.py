@@ -105,7 +105,7 @@ def uv_at(geometry, name, prim, u, v, arena):
 
 def _on_triangles(geometry, hits, o, d, arena):
     count = hits.prim.size
-    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    p, ng, offset, front = _results(count, arena)
     smooth = len(geometry.normals) > 0
     ns = arena.empty((3, count)) if smooth else ng
     with arena.frame():
@@ -141,7 +141,7 @@ def _shading_normal(normals, row, u, v, side, out, arena):
 
 def _on_spheres(geometry, hits, o, d, arena):
     count = hits.prim.size
-    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    p, ng, offset, front = _results(count, arena)
     with arena.frame():
         number = np.subtract(hits.prim, geometry.triangle_count, out=arena.empty(count, np.int32))
         center, radius = arena.take(geometry.centers, number), arena.take(geometry.radii, number)
@@ -162,7 +162,7 @@ def _on_spheres(geometry, hits, o, d, arena):
 
 def _on_planes(geometry, hits, o, d, arena):
     count = hits.prim.size
-    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    p, ng, offset, front = _results(count, arena)
     with arena.frame():
         number = np.subtract(hits.prim, geometry.count - geometry.plane_count, out=arena.empty(count, np.int32))
         point, n = arena.take(geometry.plane_points, number), arena.take(geometry.plane_normals, number)
@@ -187,13 +187,13 @@ def _on_planes(geometry, hits, o, d, arena):
 def _on_several(kinds, smooth, hits, o, d, arena):
     """Each kind of primitive on its own lanes."""
     count = hits.prim.size
-    p, ng, offset, front = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+    p, ng, offset, front = _results(count, arena)
     ns = arena.empty((3, count)) if smooth else ng
     for begin, end, interact in kinds:
         lane = np.flatnonzero((hits.prim >= begin) & (hits.prim < end))
         with arena.frame():
-            part = interact(type(hits)(*(arena.take(a, lane) for a in hits)), arena.take(o, lane),
-                            arena.take(d, lane), arena)
+            own = type(hits)(*(arena.take(a, lane) for a in hits))
+            part = interact(own, arena.take(o, lane), arena.take(d, lane), arena)
             p[:, lane], ng[:, lane], front[lane], offset[lane] = part.p, part.ng, part.front, part.offset
             if smooth:
                 ns[:, lane] = part.ns
@@ -201,6 +201,10 @@ def _on_several(kinds, smooth, hits, o, d, arena):
 
 
 # -- steps -------------------------------------------------------------------------------------------------------------
+
+
+def _results(count, arena):
+    return arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
 
 
 def _rows(table, index, arena):

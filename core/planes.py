@@ -25,19 +25,16 @@ def plane_distance(point, normal, o, d, arena):
         ``n·(q - o) / n·d``; inf for a ray that is parallel to the plane, in it, or leaves it behind. A ray that starts
         on the plane meets it at 0, as it does with Embree's surfaces.
     """
-    t = arena.empty(o.shape[1])
-    with arena.frame():
-        to_plane = arena.empty(o.shape)
+    t = arena.full(o.shape[1], np.inf)
+    with arena.frame(), np.errstate(over="ignore", invalid="ignore"):
+        to_plane, meets = arena.empty(o.shape), arena.empty(t.shape, bool)
         np.subtract(point[:, None], o, out=to_plane)
         height = dot(to_plane, normal[:, None], arena)
         speed = dot(d, normal[:, None], arena)
-        # A start on the plane must not divide 0 by 0 when the ray lies in it.
-        meets = arena.empty(t.shape, bool)
+        # A ray that lies in the plane must not divide 0 by 0.
         np.not_equal(speed, 0.0, out=meets)
-        t.fill(np.inf)
-        with np.errstate(over="ignore", invalid="ignore"):
-            np.divide(height, speed, out=t, where=meets)
-            np.greater_equal(t, 0.0, out=meets)
+        np.divide(height, speed, out=t, where=meets)
+        np.greater_equal(t, 0.0, out=meets)
         np.logical_not(meets, out=meets)
         np.copyto(t, np.float32(np.inf), where=meets)
     return t
@@ -54,21 +51,20 @@ def sphere_distance(center, radius, o, d, arena):
     small or far spheres: Haines et al., "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019.
     """
     t = arena.empty(o.shape[1])
-    with arena.frame():
+    with arena.frame(), np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         c, nearest, far = arena.empty(o.shape), arena.empty(o.shape), arena.empty(t.shape)
         np.subtract(center[:, None], o, out=c)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            dd = dot(d, d, arena)
-            middle = dot(c, d, arena)
-            np.divide(middle, dd, out=middle)
-            np.multiply(d, middle, out=nearest)
-            np.subtract(c, nearest, out=nearest)
-            half = dot(nearest, nearest, arena)
-            np.subtract(float(radius) ** 2, half, out=half)
-            np.divide(half, dd, out=half)
-            np.sqrt(half, out=half)  # NaN for a ray that passes by, which every comparison below calls a miss
-            np.subtract(middle, half, out=t)
-            np.add(middle, half, out=far)
-            np.copyto(t, far, where=~(t >= 0.0))
-            np.copyto(t, np.float32(np.inf), where=~(t >= 0.0))
+        dd = dot(d, d, arena)
+        middle = dot(c, d, arena)
+        np.divide(middle, dd, out=middle)
+        np.multiply(d, middle, out=nearest)
+        np.subtract(c, nearest, out=nearest)
+        half = dot(nearest, nearest, arena)
+        np.subtract(float(radius) ** 2, half, out=half)
+        np.divide(half, dd, out=half)
+        np.sqrt(half, out=half)  # NaN for a ray that passes by, which every comparison below calls a miss
+        np.subtract(middle, half, out=t)
+        np.add(middle, half, out=far)
+        np.copyto(t, far, where=~(t >= 0.0))
+        np.copyto(t, np.float32(np.inf), where=~(t >= 0.0))
     return t

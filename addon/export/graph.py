@@ -12,15 +12,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from ...core import scene as description
+from . import sockets
 from .node_table import NODES, NodeType
 from .sockets import constant, convert, kind
-from .versions import socket_name
 
 
 class Source(NamedTuple):
-    """Where a value comes from: output socket `output` of `node`, or without a node the value of `socket`.
-
-    `kinds` are the socket types the value passes through, the reader's first.
+    """Where a value comes from: output `socket` of `node` in frame number `frame`, or without a node the value shown
+    in `socket`. `kinds` are the socket types that the value passes through, the reader's first.
     """
 
     frame: int
@@ -130,8 +129,8 @@ class GraphReader:
         """Frame and input socket behind a group's border, None where `node` is no border."""
         if node.bl_idname == "NodeGroupInput":
             outer = self._frames[frame]
-            sockets = () if outer.group is None else outer.group.inputs
-            socket = next((s for s in sockets if s.identifier == output.identifier), None)
+            inputs = () if outer.group is None else outer.group.inputs
+            socket = next((s for s in inputs if s.identifier == output.identifier), None)
             return None if socket is None else (outer.parent, socket)
         tree = getattr(node, "node_tree", None)
         end = None if tree is None else _group_output(tree)
@@ -194,7 +193,7 @@ class GraphReader:
         if item.type is not None:
             for socket in node.inputs:
                 if socket.enabled:
-                    name = socket_name(socket.identifier)
+                    name = sockets.name(socket)
                     item.waiting.append((item.type.inputs.get(name, name), self._trace(frame, socket)))
             item.waiting.reverse()
         stack.append(item)
@@ -284,7 +283,7 @@ def _group_output(tree):
 
 def _output_name(socket):
     """Name of an output: all closures are called ``"bsdf"``."""
-    return "bsdf" if kind(socket) == "shader" else socket_name(socket.identifier)
+    return "bsdf" if kind(socket) == "shader" else sockets.name(socket)
 
 
 def _is_identity(mapping):

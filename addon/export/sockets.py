@@ -19,6 +19,11 @@ def kind(socket):
     return _KINDS.get(socket.type, socket.type.lower())
 
 
+def name(socket):
+    """The socket's identifier in snake case."""
+    return socket.identifier.lower().replace(" ", "_")
+
+
 def constant(socket):
     """The value shown in the socket: a number or three; None where it shows none."""
     if socket.hide_value or kind(socket) not in ("float", "int", "bool", "color", "vector"):

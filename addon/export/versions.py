@@ -5,23 +5,14 @@ from __future__ import annotations
 
 import bpy
 
-# Socket identifiers that were renamed on the way, by their present snake-case name.
-_RENAMED_SOCKETS = {"factor": "fac"}
-
 
 def shader_tree(owner):
     """The node tree that a material, world or light is rendered with, or None.
 
-    Since 5.0 materials and worlds always use their nodes, and reading `use_nodes` warns.
+    Materials and worlds always use their nodes since 5.0, lights since 5.1; reading `use_nodes` then warns.
     """
-    always = bpy.app.version >= (5, 0) and not isinstance(owner, bpy.types.Light)
+    always = bpy.app.version >= ((5, 1) if isinstance(owner, bpy.types.Light) else (5, 0))
     return owner.node_tree if always or owner.use_nodes else None
-
-
-def socket_name(identifier):
-    """Snake-case name of a socket's `identifier`, the same in all versions."""
-    name = identifier.lower().replace(" ", "_")
-    return _RENAMED_SOCKETS.get(name, name)
 
 
 def casts_shadow(light):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-_TINY = 1e-20
+_LEAST_COSINE = 1e-7  # keeps total reflection total where the cosine vanishes
 
 
 def dielectric(cosine, eta, arena):
@@ -20,23 +20,22 @@ def dielectric(cosine, eta, arena):
     n = max(cosine.size, eta.size)
     reflectance, cos_t = arena.empty(n), arena.empty(n)
     with arena.frame():
-        a, b, t = arena.empty(n), arena.empty(n), arena.empty(n)
+        a, b, c, t = arena.empty(n), arena.empty(n), arena.empty(n), arena.empty(n)
         np.subtract(eta, 1.0, out=a)
         np.add(eta, 1.0, out=b)
         np.multiply(a, b, out=a)
-        np.multiply(cosine, cosine, out=b)
+        np.maximum(cosine, _LEAST_COSINE, out=c)
+        np.multiply(c, c, out=b)
         np.add(a, b, out=a)
         np.maximum(a, 0.0, out=a)
         np.sqrt(a, out=a)
         np.divide(a, eta, out=cos_t)
-        np.multiply(eta, cosine, out=b)  # parallel: (η c - c_t)/(η c + c_t)
+        np.multiply(eta, c, out=b)  # parallel: (η c - c_t)/(η c + c_t)
         np.add(b, cos_t, out=t)
-        np.maximum(t, _TINY, out=t)
         np.subtract(b, cos_t, out=b)
         np.divide(b, t, out=b)
-        np.add(cosine, a, out=t)  # perpendicular: (c - η c_t)/(c + η c_t)
-        np.maximum(t, _TINY, out=t)
-        np.subtract(cosine, a, out=a)
+        np.add(c, a, out=t)  # perpendicular: (c - η c_t)/(c + η c_t)
+        np.subtract(c, a, out=a)
         np.divide(a, t, out=a)
         np.multiply(a, a, out=a)
         np.multiply(b, b, out=b)

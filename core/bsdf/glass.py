@@ -81,8 +81,11 @@ def _choose(reflects, a, b, arena):
     return out
 
 
-def _weigh_choice(weight, reflected, transmitted, probability, reflects, arena):
-    """`weight` times share/probability of the way taken, which is 1 when the shares are the probabilities."""
+def _weigh_choice(weight, pdf, reflected, transmitted, probability, reflects, arena):
+    """`weight` times share/probability of the way taken, which is 1 when the shares are the probabilities.
+
+    Where the share is 0, so becomes `pdf`: the sample failed.
+    """
     if reflected is probability:
         return weight
     share = _choose(reflects, reflected, transmitted, arena)
@@ -90,7 +93,9 @@ def _weigh_choice(weight, reflected, transmitted, probability, reflects, arena):
         q = _choose(reflects, probability, np.subtract(1.0, probability), arena)
         np.maximum(q, _TINY, out=q)
         np.divide(share, q, out=share)
-    return np.multiply(share, weight, out=share)
+    np.multiply(share, weight, out=share)
+    np.copyto(pdf, 0.0, where=np.logical_not(share.reshape(-1, pdf.size).any(axis=0)))
+    return share
 
 
 def _jacobian(cos_h, cos_t, eta, arena):
@@ -128,6 +133,7 @@ class Rough:
         cos_h = np.maximum(dot(wo, h, arena), 0.0, out=arena.empty(uc.shape))
         reflected, transmitted, p, cos_t = cls.split(params, cos_h, arena)
         reflects = np.less(uc, p, out=arena.empty(uc.shape, bool))
+        np.logical_or(reflects, cos_h == 0.0, out=reflects)  # seen from below: fails, but with a unit direction
         wi = _bend(wo, h, cos_h, cos_t, eta, reflects, arena)
         with arena.frame():
             cos_i = dot(n, wi, arena)
@@ -145,7 +151,7 @@ class Rough:
                 np.copyto(pdf, np.inf, where=through)
                 np.copyto(weight, 1.0, where=through)
             np.multiply(weight, pdf > 0.0, out=weight)
-        return LobeSample(wi, _weigh_choice(weight, reflected, transmitted, p, reflects, arena), pdf)
+        return LobeSample(wi, _weigh_choice(weight, pdf, reflected, transmitted, p, reflects, arena), pdf)
 
     @classmethod
     def eval_pdf(cls, params, n, wo, wi, arena):
@@ -169,7 +175,10 @@ class Rough:
             np.divide(h, length, out=h)
             microfacet.distribution_about(n, h, alpha, arena, out=d)
             dot(wo, h, arena, out=cos_h)
-            facing = np.greater(cos_h, 0.0, out=arena.empty(count, bool))
+            # `wo` must see the facet's front, and a refracted `wi` its back: η i·h = |wo + η wi| - o·h < 0.
+            facing = np.less(length, cos_h, out=arena.empty(count, bool))
+            np.logical_or(facing, reflects, out=facing)
+            np.logical_and(facing, np.greater(cos_h, 0.0), out=facing)
             np.maximum(cos_h, 0.0, out=cos_h)
             np.abs(cos_i, out=cos_i)
             microfacet.smith(cos_o, cos_i, alpha, arena, pdf, f)
@@ -203,8 +212,9 @@ class Smooth:
         np.maximum(cos_o, 0.0, out=cos_o)
         reflected, transmitted, p, cos_t = cls.split(params, cos_o, arena)
         reflects = np.less(uc, p, out=arena.empty(uc.shape, bool))
+        np.logical_or(reflects, cos_o == 0.0, out=reflects)  # seen from below: fails, but with a unit direction
         wi = _bend(wo, n, cos_o, cos_t, params["eta"], reflects, arena)
         weight, pdf = arena.zeros(uc.shape), arena.zeros(uc.shape)
         np.copyto(weight, 1.0, where=above)
         np.copyto(pdf, np.inf, where=above)
-        return LobeSample(wi, _weigh_choice(weight, reflected, transmitted, p, reflects, arena), pdf)
+        return LobeSample(wi, _weigh_choice(weight, pdf, reflected, transmitted, p, reflects, arena), pdf)

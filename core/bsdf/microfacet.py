@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from .. import vecmath
+from ..sampling import warp
 from ..vecmath import dot
 
 MIN_ALPHA = 1e-4
@@ -98,11 +99,8 @@ def sample_visible_normal(wo, alpha_x, alpha_y, u0, u1, arena):
         np.maximum(sine, 0.0, out=sine)
         np.sqrt(sine, out=sine)
         np.subtract(1.0, top, out=z)
-        np.multiply(u0, 2.0 * math.pi, out=y)
-        np.cos(y, out=x)
-        np.sin(y, out=y)
-        np.multiply(x, sine, out=x)
-        np.multiply(y, sine, out=y)
+        np.multiply(u0, 2.0 * math.pi, out=top)
+        warp.circle(top, sine, x, y)
         np.add(h, view, out=h)
         np.multiply(x, alpha_x, out=x)
         np.multiply(y, alpha_y, out=y)

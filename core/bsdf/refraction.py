@@ -17,7 +17,8 @@ def split(params, cosine, arena):
     """All is transmitted, nothing reflected; nothing at all at total reflection. See `glass.split`."""
     reflected, cos_t = fresnel.dielectric(cosine, params["eta"], arena)
     transmitted = np.less(reflected, 1.0, out=arena.empty(cosine.shape))
-    return arena.zeros(cosine.shape), transmitted, arena.zeros(cosine.shape), cos_t
+    probability = np.subtract(1.0, transmitted, out=reflected)  # failed samples have the mirrored direction
+    return arena.zeros(cosine.shape), transmitted, probability, cos_t
 
 
 def albedo(params, n, wo, arena):

@@ -22,7 +22,6 @@ class Feature(enum.Flag):
     PLANES = enum.auto()
     SEVERAL_PROGRAMS = enum.auto()
     CLAMP = enum.auto()
-    TRANSPARENT_FILM = enum.auto()
     FAR_CLIP = enum.auto()
 
     @classmethod
@@ -40,7 +39,7 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.EMISSIVE_SURFACES: any(e is not None for e in materials.emission),
         Feature.LAMPS: lights.lamps.count > 0,
         Feature.SCATTERING: any(p.closures for p in programs),
-        Feature.REFRACTION: any(p.refracts for p in programs),
+        Feature.REFRACTION: any(p.mixture.refracts for p in programs),
         Feature.TRANSPARENCY: any(p.transparency is not None for p in programs),
         Feature.TEXTURES: any(not p.scatter.is_constant for p in programs),
         Feature.SMOOTH_NORMALS: len(geometry.normals) > 0,
@@ -48,7 +47,6 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.PLANES: geometry.plane_count > 0,
         Feature.SEVERAL_PROGRAMS: len(programs) > 1,
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
-        Feature.TRANSPARENT_FILM: settings.transparent_film,
         Feature.FAR_CLIP: camera.has_far,
     }
     found = Feature(0)

@@ -54,34 +54,45 @@ def compile_geometry(scene, uv_names=(), diagnostics=None):
         Arrays of a mesh, of spheres or a transform whose shape or indices do not fit.
     """
     numbering = _Materials()
-    groups, count = _place(scene.instances)
     centers, radii = _spheres(scene.spheres)
-    origin = _centre(groups, centers, radii, scene.planes)
-
-    facets = empty_facets(count)
-    for group in groups:
-        _write_corners(group, origin, facets)
-    good = finish_facets(facets)
-    normals = _write_normals(groups, facets)
+    # What is not finite comes out as NaN and is left out below.
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        groups, count = _place(scene.instances)
+        origin = _centre(groups, centers, radii, scene.planes)
+        facets = empty_facets(count)
+        for group in groups:
+            _write_corners(group, origin, facets)
+        good = finish_facets(facets)
+        normals = _write_normals(groups, facets)
     names = [x.name for x in (*scene.instances, *scene.spheres, *scene.planes)]
     material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
     uvs = {name: _uvs(groups, name, count) for name in uv_names}
     if not good.all():
-        _tell_dropped("triangles without area or with coordinates that are not finite were left out", objects[~good],
-                      names, diagnostics)
+        _tell_dropped(
+            "triangles without area or with coordinates that are not finite were left out",
+            objects[~good],
+            names,
+            diagnostics,
+        )
         facets, material, objects = facets[good], material[good], objects[good]
         uvs = {name: table[good] for name, table in uvs.items()}
 
-    round_material, round_objects = _owners(scene.spheres, [len(s.radii) for s in scene.spheres],
-                                            len(scene.instances), numbering)
+    round_material, round_objects = _owners(
+        scene.spheres, [len(s.radii) for s in scene.spheres], len(scene.instances), numbering
+    )
     centers -= origin
     with np.errstate(invalid="ignore", over="ignore"):
         good = (radii.astype(np.float32) > 0) & np.isfinite(radii) & np.isfinite(centers).all(1)
     if not good.all():
-        _tell_dropped("spheres whose radius is not positive or whose place is not finite were left out",
-                      round_objects[~good], names, diagnostics)
-    flat_material, flat_objects = _owners(scene.planes, [1] * len(scene.planes),
-                                          len(scene.instances) + len(scene.spheres), numbering)
+        _tell_dropped(
+            "spheres whose radius is not positive or whose place is not finite were left out",
+            round_objects[~good],
+            names,
+            diagnostics,
+        )
+    flat_material, flat_objects = _owners(
+        scene.planes, [1] * len(scene.planes), len(scene.instances) + len(scene.spheres), numbering
+    )
     points, directions = _planes(scene.planes, origin)
     return Geometry(
         origin=origin,
@@ -134,12 +145,9 @@ def _place(instances):
             continue
         numbers = np.array(numbers, np.int32)
         placed = matrices[numbers]
-        with np.errstate(invalid="ignore", over="ignore"):
-            world = vertices @ placed[:, :3, :3].transpose(0, 2, 1) + placed[:, None, :3, 3]
+        world = vertices @ placed[:, :3, :3].transpose(0, 2, 1) + placed[:, None, :3, 3]
         rows = slice(count, count + len(numbers) * len(triangles))
-        groups.append(
-            _Placed(mesh, numbers, normal_matrix[numbers], flipped[numbers], world, triangles, corners, rows)
-        )
+        groups.append(_Placed(mesh, numbers, normal_matrix[numbers], flipped[numbers], world, triangles, corners, rows))
         count = rows.stop
     return groups, count
 
@@ -150,9 +158,8 @@ def _normal_matrices(linear):
     They are the inverse transpose times the determinant's size, and finite where a scale is zero.
     """
     a, b, c = linear[:, 0], linear[:, 1], linear[:, 2]
-    with np.errstate(invalid="ignore", over="ignore"):
-        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-        flipped = (a * cofactors[:, 0]).sum(1) < 0
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    flipped = (a * cofactors[:, 0]).sum(1) < 0
     return np.where(flipped[:, None, None], -cofactors, cofactors), flipped
 
 
@@ -170,7 +177,9 @@ def _checked(mesh):
         raise SceneError(f"vertices of mesh '{mesh.name}' have shape {vertices.shape}; make it (V, 3)")
     triangles = _indices(mesh, "triangles", mesh.triangles, len(vertices))
     if mesh.material_index is not None and np.shape(mesh.material_index) != (len(triangles),):
-        raise SceneError(f"material_index of mesh '{mesh.name}' needs one number for each of {len(triangles)} triangles")
+        raise SceneError(
+            f"material_index of mesh '{mesh.name}' needs one number for each of {len(triangles)} triangles"
+        )
     if mesh.corners is None:
         return vertices, triangles, None
     corners = _indices(mesh, "corners", mesh.corners, None)
@@ -218,8 +227,7 @@ def _centre(groups, centers, radii, planes):
 
 def _write_corners(group, origin, facets):
     instances, count = len(group.numbers), len(group.triangles)
-    with np.errstate(invalid="ignore", over="ignore"):
-        vertices = (group.vertices - origin).astype(np.float32)
+    vertices = (group.vertices - origin).astype(np.float32)
     rows = facets[group.rows].reshape(instances, count, -1)
     for k, columns in enumerate(CORNERS):
         rows[..., columns] = np.take(vertices, group.triangles[:, k], axis=1)
@@ -236,38 +244,30 @@ def _turn(rows, second, third, flipped):
 
 def _write_normals(groups, facets):
     """Shading normals of the smooth triangles, (R, 9); their row numbers go into the facets."""
-    tables, count = [], 0
-    for group in groups:
-        if group.mesh.normals is None:
-            continue
-        smooth, table = _group_normals(group, facets[group.rows])
-        if smooth.any():
-            facets.view(np.int32)[group.rows][smooth, NORMAL_ROW] = np.arange(count, count + len(table))
-            tables.append(table)
-            count += len(table)
-    return np.concatenate(tables) if tables else np.zeros((0, 9), np.float32)
+    groups = [g for g in groups if g.mesh.normals is not None]
+    if not groups:
+        return np.zeros((0, 9), np.float32)
+    table = np.concatenate([_corner_normals(g) for g in groups])
+    triangle = np.concatenate([np.arange(g.rows.start, g.rows.stop) for g in groups])
+    faces = np.take(facets[:, NORMAL], triangle, axis=0)[:, None, :]
+    # A corner without a usable normal takes the face's.
+    table = np.where(np.isfinite(table).all(-1, keepdims=True), table, faces)
+    smooth = (np.abs(table - faces) > _FLAT).any((1, 2))
+    facets.view(np.int32)[triangle[smooth], NORMAL_ROW] = np.arange(np.count_nonzero(smooth))
+    return table[smooth].reshape(-1, 9)
 
 
-def _group_normals(group, facets):
-    """Which rows of the group are smooth, and these rows' corner normals (R, 9)."""
+def _corner_normals(group):
+    """Unit normals (I * T, 3, 3) of the corners in world space; NaN where there is none."""
     mesh = group.mesh
     values = np.asarray(mesh.normals, np.float64)
     index = group.triangles if mesh.normals_domain == "vertex" else _corner_index(group)
     _check_length(mesh, "normals", values, index, 3)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        world = values @ group.normal_matrix.transpose(0, 2, 1)
-        world /= np.sqrt((world * world).sum(-1, keepdims=True))
-        world = world.astype(np.float32)
-    instances = len(group.numbers)
-    rows = np.take(world, index.reshape(-1), axis=1).reshape(instances, -1, 9)
+    world = values @ group.normal_matrix.transpose(0, 2, 1)
+    world /= np.sqrt((world * world).sum(-1, keepdims=True))
+    rows = np.take(world.astype(np.float32), index.reshape(-1), axis=1).reshape(len(group.numbers), -1, 9)
     _turn(rows, slice(3, 6), slice(6, 9), group.flipped)
-    rows = rows.reshape(-1, 3, 3)
-    faces = facets[:, NORMAL][:, None, :]
-    # A corner without a usable normal takes the face's.
-    usable = np.isfinite(rows).all(-1, keepdims=True)
-    rows = np.where(usable, rows, faces)
-    smooth = (np.abs(rows - faces) > _FLAT).any((1, 2))
-    return smooth, rows[smooth].reshape(-1, 9)
+    return rows.reshape(-1, 3, 3)
 
 
 def _corner_index(group):

@@ -72,6 +72,7 @@ class Builder:
         """The value of an input: a link followed, a constant, or the operation's `default`."""
         if isinstance(given, Link):
             outputs = self.node_outputs(given.node)
+            self._tell(self.material.nodes[given.node].op, given.output)
             given = outputs.get(given.output) if outputs else None
         if isinstance(given, Const | Register):
             return self._fit(given, default)
@@ -91,10 +92,19 @@ class Builder:
             self.diagnostics.warn(f"node '{label}' is not supported; the value of the socket it feeds is used", self.place)
             return None
         arguments = {name: self.value(node.inputs.get(name), default) for name, default in operation.inputs.items()}
+        for name, value in arguments.items():
+            if value is None:
+                self._tell(node.op, name)
         properties = dict(node.properties)
         if operation.prepare is not None:
             properties = operation.prepare(properties, self.diagnostics, self.place)
         return self._apply(node.op, {k: v for k, v in arguments.items() if v is not None}, properties)
+
+    def _tell(self, op, socket):
+        """Say what `socket` of an operation asks for and does not get."""
+        message = OPERATIONS[op].unsupported.get(socket) if op in OPERATIONS else None
+        if message:
+            self.diagnostics.warn(message, self.place)
 
     def _apply(self, op, arguments, properties):
         operation = OPERATIONS[op]

@@ -137,7 +137,7 @@ class _Builder:
         kind, *row = self._round_light(light, power)
         cone = (direction, light.angle, light.blend)
         self._put(_SPOTS[kind], *row, *cone)
-        spot = _SPOTS[kind](*(np.asarray(v)[..., None] for v in (*row, *cone)))
+        spot = _alone(_SPOTS[kind], (*row, *cone))
         self.classic.append(self._round_classic(light, power, lambda wi, arena: spot.attenuation(0, wi, arena)))
 
     def _round_light(self, light, power):
@@ -182,13 +182,12 @@ class _Builder:
         if not _representable(radiance):
             self._diagnostics.warn("an area light has no area; it is left out", place)
             return
-        if abs(light.spread - math.pi) > 1e-3:
-            self._diagnostics.warn("the spread of area lights is not supported; 180 degrees are used", place)
         normal = np.cross(x, y)
         normal = -normal if normal @ transform[:3, 2] > 0.0 else normal
         center = self._local(transform[:3, 3])
-        self._put(AreaLights, center, x, y, normal, half, round_, radiance)
-        self.classic.append(area_pseudo_light(center, normal, area, radiance))
+        row = (center, x, y, normal, half, round_, radiance, light.spread)
+        self._put(AreaLights, *row)
+        self.classic.append(area_pseudo_light(center, normal, area, radiance, _alone(AreaLights, row).attenuation))
 
     def _local(self, position):
         return np.asarray(position, np.float64) - self._origin
@@ -197,6 +196,11 @@ class _Builder:
         """Say that a material's emission is not finite."""
         message = "an emission is not finite; its triangles are not sampled as lights"
         self._diagnostics.warn(message, f"material {material.name!r}", count)
+
+
+def _alone(kind, row):
+    """Table of one light."""
+    return kind(*(np.asarray(value)[..., None] for value in row))
 
 
 def _spots_of(kind):
@@ -226,8 +230,9 @@ def _emissive_triangles(geometry, emission_of_material, builder):
         return emissive, None
     prim, material, corners = prim[shines], material[shines], corners[:, shines]
     radiance = means[:, material]
-    for number in np.unique(geometry.object[prim]):
-        own = geometry.object[prim] == number
+    by_object = np.argsort(geometry.object[prim], kind="stable")
+    ends = np.flatnonzero(np.diff(geometry.object[prim][by_object])) + 1
+    for own in np.split(by_object, ends):
         builder.classic.append(mesh_pseudo_light(corners[:, own], radiance[:, own]))
     texture = texture_of[material] if textures else None
     return emissive, TriangleLights(corners, prim, radiance, textures, texture)

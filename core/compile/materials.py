@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arena import Arena
-from ..bsdf.base import Lobe
+from ..bsdf.mixture import Mixture
 from ..nodes.base import Context, as_vector
 from ..nodes.closures import CLOSURES
 from ..scene import Link
@@ -37,12 +37,10 @@ class Program:
     transparency: Code | None
 
     def __post_init__(self):
-        flags = [lobe.flags for _, lobes, _ in self.closures for lobe in lobes.values()]
-        self.can_evaluate = any(Lobe.DELTA not in f for f in flags)
-        self.refracts = any(Lobe.TRANSMISSION in f for f in flags)
+        self.mixture = Mixture(lobe for _, lobes, _ in self.closures for lobe in lobes.values())
 
     def lobes_over(self, context, constants):
-        """[(lobe, weight, params, n)] of the lanes, for `bsdf.mixture`."""
+        """[(lobe, weight, params, n)] of the lanes, in the order of `mixture.lobes`."""
         values = self.scatter.run(context, constants)
         found = []
         for number, (closure, lobes, properties) in enumerate(self.closures):

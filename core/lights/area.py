@@ -14,10 +14,14 @@ from .rectangle import project, sample_rectangle, solid_angle
 
 # Below this solid angle (sr) float32 loses it among the four angles, and points uniform on the area do as well.
 SMALLEST_SOLID_ANGLE = 0.01
+_NARROWEST = 0.01  # rad; float32 cosines do not resolve much narrower spreads
 
 
 class AreaLights:
     """Rectangles, or the ellipses inscribed in them.
+
+    With a *spread* the radiance depends on the angle a from the normal, as (t - tan a)/(t - spread/2) with
+    t = tan(spread/2), and is 0 beyond spread/2. That keeps the power; π is constant radiance. So does Blender.
 
     A light that fills a good part of the view is sampled by solid angle over the rectangle, an ellipse by rejecting
     what falls beside it; one that looks small, by area.
@@ -31,12 +35,15 @@ class AreaLights:
     round_ : (count,) bool
         Which are ellipses.
     radiance : (3, count)
+        Of spread π.
+    spread : (count,)
+        Full angle, rad.
     """
 
     extended = True
     at_infinity = False
 
-    def __init__(self, center, x, y, normal, half, round_, radiance):
+    def __init__(self, center, x, y, normal, half, round_, radiance, spread):
         self._frame = np.ascontiguousarray(np.concatenate([center, x, y, normal, half]), np.float32)
         half = np.asarray(half, np.float64)
         area = half[0] * half[1] * np.where(round_, math.pi, 4.0)
@@ -44,6 +51,8 @@ class AreaLights:
         self._round = np.ascontiguousarray(round_, bool)
         self._any_round = bool(np.any(round_))
         self.radiance = np.ascontiguousarray(radiance, np.float32)
+        self._spread = spread_terms(np.asarray(spread, np.float64)).astype(np.float32)
+        self._any_spread = bool(np.any(self._spread[1]))
         self.count = self._area.size
         self.power = math.pi * area * np.abs(np.asarray(radiance, np.float64)).mean(axis=0)
 
@@ -56,8 +65,10 @@ class AreaLights:
             edges, height = project(frame, p, arena)
             angle = solid_angle(edges, height, arena)
             near = np.flatnonzero(np.greater(angle, SMALLEST_SOLID_ANGLE, out=arena.empty(n, bool)))
-            x, y = self._area_point(rows, edges, u0, u1, arena)
-            if near.size:
+            if near.size == n:
+                x, y = sample_rectangle(edges, height, angle, u0, u1, arena)
+            else:
+                x, y = self._area_point(rows, edges, u0, u1, arena)
                 taken = (arena.take(a, near) for a in (edges, height, angle, u0, u1))
                 x[near], y[near] = sample_rectangle(*taken, arena)
             _direction(frame, x, y, height, wi, distance, arena)
@@ -67,10 +78,12 @@ class AreaLights:
                 lit &= self._covers(rows, frame, edges, x, y, arena)
             np.divide(rows_of(self.radiance, rows, arena), pdf, out=weight)
             np.multiply(weight, lit, out=weight)
+            if self._any_spread:
+                np.multiply(weight, self.attenuation(rows, wi, arena), out=weight)
         return LightSample(wi, distance, weight, pdf)
 
-    def intersect(self, rows, o, d, tmax, arena):
-        """Rays that cross the light from its front before `tmax`."""
+    def intersect(self, rows, o, d, tmin, tmax, arena):
+        """Rays that cross the light from its front between `tmin` and `tmax`."""
         with arena.frame():
             n = o.shape[-1]
             frame = rows_of(self._frame, rows, arena)
@@ -82,7 +95,8 @@ class AreaLights:
             x, y = dot(frame[3:6], d, arena), dot(frame[6:9], d, arena)
             np.multiply(x, t, out=x)
             np.multiply(y, t, out=y)
-            hit &= (x >= edges[0]) & (x <= edges[1]) & (y >= edges[2]) & (y <= edges[3]) & (t < tmax)
+            hit &= (x >= edges[0]) & (x <= edges[1]) & (y >= edges[2]) & (y <= edges[3])
+            hit &= (t > tmin) & (t < tmax)
             if self._any_round:
                 hit &= self._covers(rows, frame, edges, x, y, arena)
             lanes = np.flatnonzero(hit)
@@ -93,8 +107,28 @@ class AreaLights:
             frame = rows_of(self._frame, rows, arena)
             edges, height = project(frame, arena.take(o, lanes), arena)
             angle = solid_angle(edges, height, arena)
-            self._density(rows, frame, arena.take(d, lanes), distance, angle, pdf, arena)
-        return LightHits(lanes, rows_of(self.radiance, rows, arena), pdf)
+            d = arena.take(d, lanes)
+            self._density(rows, frame, d, distance, angle, pdf, arena)
+        radiance = rows_of(self.radiance, rows, arena)
+        if self._any_spread:
+            radiance = np.multiply(radiance, self.attenuation(rows, d, arena), out=arena.empty((3, lanes.size)))
+        return LightHits(lanes, radiance, pdf)
+
+    def attenuation(self, rows, wi, arena):
+        """Radiance against `wi` over that of spread π, (N,)."""
+        out = arena.empty(wi.shape[-1])
+        normal, spread = rows_of(self._frame[9:12], rows, arena), rows_of(self._spread, rows, arena)
+        with arena.frame():
+            cosine = dot(normal, wi, arena)
+            np.multiply(cosine, cosine, out=out)
+            np.subtract(1.0, out, out=out)
+            np.sqrt(np.maximum(out, 0.0, out=out), out=out)
+            np.maximum(np.negative(cosine, out=cosine), 1e-6, out=cosine)
+            np.divide(out, cosine, out=out)  # the tangent
+            np.multiply(out, spread[1], out=out)
+            np.subtract(spread[0], out, out=out)
+            np.maximum(out, 0.0, out=out)
+        return out
 
     def _area_point(self, rows, edges, u0, u1, arena):
         """Points uniform on the lights, (N,) and (N,), relative to the point lit, along `x` and `y`."""
@@ -140,6 +174,14 @@ class AreaLights:
             np.divide(out, scale, out=out)
             near = np.greater(angle, SMALLEST_SOLID_ANGLE, out=arena.empty(out.shape, bool))
             np.divide(1.0, angle, out=out, where=near)
+
+
+def spread_terms(spread):
+    """The attenuation's value on the normal and its slope in tan a, (2, count)."""
+    half = 0.5 * np.clip(spread, _NARROWEST, math.pi - 1e-6)
+    slope = 1.0 / (np.tan(half) - half)
+    wide = spread > math.pi - 1e-3
+    return np.stack([np.where(wide, 1.0, np.tan(half) * slope), np.where(wide, 0.0, slope)])
 
 
 def _direction(frame, x, y, height, wi, distance, arena):

@@ -9,10 +9,12 @@ extended                                   whether rays can cross its lights, wh
 at_infinity                                whether its lights have no distance
 power (count,) float64                     emitted power, W; of lights at infinity the irradiance, W/m2
 sample(rows, p, u0, u1, arena)             -> LightSample, given that light `rows` was chosen
-intersect(rows, o, d, tmax, arena)         -> LightHits of rays that cross the light; extended kinds only
+intersect(rows, o, d, tmin, tmax, arena)   -> LightHits of rays that cross the light; extended kinds only
 ```
 
-`rows` is one light's number, or one for each lane, (N,).
+
+`rows` is one light's number, or one for each lane, (N,). A light is crossed at a distance above `tmin`, (N,) or 0.0,
+and below `tmax`, (N,); `o` is the point whose light is sought.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ on a surface that faces it and at squared distance d²:
 | --- | --- |
 | point, spot | I/d², from its centre; with soft falloff and radius r, I/(d² + r²); a spot times its cone |
 | sun | its irradiance, from its centre |
-| area | L·A·cosθ/(d² + A/π), from its centre, in front only |
+| area | L·A·cosθ/(d² + A/π), from its centre, in front only, dimmed by its spread |
 | emissive mesh object | flat: L·A·abs(cosθ)/(d² + A/π); closed: L·A/(4d²), from the power-weighted centroid |
 | constant world | no pseudo-light: `ambient_radiance` |
 
@@ -117,14 +117,18 @@ class ParallelLight:
         return Illumination(wi, arena.full(p.shape[-1], math.inf), irradiance)
 
 
-def area_pseudo_light(center, normal, area, radiance):
-    """One-sided emitter of `area` at `center`, shining where `normal` points."""
+def area_pseudo_light(center, normal, area, radiance, attenuation):
+    """One-sided emitter of `area` at `center`, shining where `normal` points.
+
+    `attenuation`, as of `AreaLights` of this light alone, is that of its spread.
+    """
     normal = np.asarray(normal, np.float32).reshape(3, 1)
 
     def front_cosine(wi, arena):
         cosine = dot(wi, normal, arena)
         np.negative(cosine, out=cosine)
-        return np.maximum(cosine, 0.0, out=cosine)
+        np.maximum(cosine, 0.0, out=cosine)
+        return np.multiply(cosine, attenuation(0, wi, arena), out=cosine)
 
     return LocalLight(center, np.asarray(radiance) * area, softening=area / math.pi, profile=front_cosine)
 
@@ -142,10 +146,10 @@ def mesh_pseudo_light(corners, radiance):
     v0, v1, v2 = vertices = np.asarray(corners, np.float64).reshape(3, 3, -1)
     scaled_normal = 0.5 * np.cross(v1 - v0, v2 - v0, axis=0)
     areas = np.linalg.norm(scaled_normal, axis=0)
-    area = areas.sum()
+    area = float(areas.sum())
     power = areas * np.abs(radiance).mean(axis=0)
     center = (vertices.mean(axis=0) * power).sum(axis=1) / power.sum()
-    bound = np.linalg.norm(vertices - center[:, None], axis=1).max()
+    bound = float(np.linalg.norm(vertices - center[:, None], axis=1).max())
     normal = scaled_normal.sum(axis=1)
     length = float(np.linalg.norm(normal))
     flatness = min(length / area, 1.0)

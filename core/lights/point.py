@@ -65,10 +65,10 @@ class _RoundLights:
             self._surface(distance, radius, lowered, arena)
         return LightSample(wi, distance, weight, pdf)
 
-    def intersect(self, rows, o, d, tmax, arena):
-        """Rays that cross the light before `tmax`."""
+    def intersect(self, rows, o, d, tmin, tmax, arena):
+        """Rays that cross the light between `tmin` and `tmax`."""
         with arena.frame():
-            hit, distance = self._crosses(rows, o, d, tmax, arena)
+            hit, distance = self._crosses(rows, o, d, tmin, tmax, arena)
             lanes = np.flatnonzero(hit)
             distances = distance[lanes]
         rows = rows_at(rows, lanes, arena)
@@ -120,8 +120,8 @@ class SphereLights(_RoundLights):
             np.add(along, half_chord, out=distance)
             np.maximum(distance, 0.0, out=distance)
 
-    def _crosses(self, rows, o, d, tmax, arena):
-        """Whether rays cross the sphere before `tmax`, (N,) bool, and their origins' distance to the centre, (N,).
+    def _crosses(self, rows, o, d, tmin, tmax, arena):
+        """Whether rays cross the sphere in between, (N,) bool, and their origins' distance to the centre, (N,).
 
         The discriminant is taken at the point of the ray nearest the centre. Source: Haines et al., "Precision
         Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019.
@@ -141,7 +141,7 @@ class SphereLights(_RoundLights):
         np.sqrt(chord, out=chord)
         np.negative(chord, out=chord, where=distance > radius)
         np.add(along, chord, out=along)
-        hit &= along > 0.0
+        hit &= along > tmin
         hit &= along < tmax
         return hit, distance
 
@@ -174,8 +174,8 @@ class DiskLights(_RoundLights):
             np.maximum(cosine, 1e-6, out=cosine)
             np.divide(distance, cosine, out=distance)
 
-    def _crosses(self, rows, o, d, tmax, arena):
-        """Whether rays cross the disk before `tmax`, (N,) bool, and their origins' distance to the centre, (N,)."""
+    def _crosses(self, rows, o, d, tmin, tmax, arena):
+        """Whether rays cross the disk in between, (N,) bool, and their origins' distance to the centre, (N,)."""
         n = o.shape[-1]
         axis, distance = towards(o, rows_of(self.position, rows, arena), arena)
         radius = rows_of(self.radius, rows, arena)
@@ -190,5 +190,5 @@ class DiskLights(_RoundLights):
         np.sqrt(reach, out=reach)
         np.multiply(reach, distance, out=reach)
         hit &= reach <= radius
-        hit &= t < tmax
+        hit &= (t > tmin) & (t < tmax)
         return hit, distance

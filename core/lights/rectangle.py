@@ -14,6 +14,8 @@ import numpy as np
 from ..vecmath import dot
 
 _TINY = 1e-30
+_ARCSINE = (-0.0012624911, 0.0066700901, -0.0170881256, 0.0308918810, -0.0501743046, 0.0889789874, -0.2145988016)
+_ARCSINE += (1.5707963050,)
 
 
 def project(frame, p, arena):
@@ -46,14 +48,15 @@ def project(frame, p, arena):
 
 
 def solid_angle(edges, height, arena):
-    """Solid angle, (N,): the spherical excess of the four angles; meaningless below float32's 1e-6."""
-    out = arena.empty(height.shape)
+    """Solid angles, (N,), right to 1e-6 sr.
+
+    The spherical excess of four angles acos(-s_i s_j) of neighbouring sides is the sum of the asin(s_i s_j).
+    """
+    out = arena.zeros(height.shape)
     with arena.frame():
-        sides = _side_normals(edges, height, arena)
-        angle = arena.empty(height.shape)
-        out.fill(-2.0 * math.pi)
+        sides, excess = _sides(edges, height, arena), arena.empty(height.shape)
         for i in range(4):
-            np.add(out, _angle(sides, i, angle), out=out)
+            np.add(out, _excess(sides, i, excess, arena), out=out)
     return out
 
 
@@ -63,14 +66,14 @@ def sample_rectangle(edges, height, angle, u0, u1, arena):
     x0, x1, y0, y1 = edges
     x, y = arena.empty(n), arena.empty(n)
     with arena.frame():
-        sides = _side_normals(edges, height, arena)
+        sides = _sides(edges, height, arena)
         b0, b1 = sides[0], sides[2]
         turn, t = arena.empty(n), arena.empty(n)
         # the azimuth that cuts the share u0 off the area
         np.multiply(u0, angle, out=turn)
-        np.add(turn, 2.0 * math.pi, out=turn)
-        np.subtract(turn, _angle(sides, 2, t), out=turn)
-        np.subtract(turn, _angle(sides, 3, t), out=turn)
+        np.add(turn, math.pi, out=turn)
+        np.subtract(turn, _excess(sides, 2, t, arena), out=turn)
+        np.subtract(turn, _excess(sides, 3, t, arena), out=turn)
         np.cos(turn, out=x)
         np.multiply(x, b0, out=x)
         np.subtract(x, b1, out=x)
@@ -101,7 +104,7 @@ def sample_rectangle(edges, height, angle, u0, u1, arena):
     return x, y
 
 
-def _side_normals(edges, height, arena):
+def _sides(edges, height, arena):
     """The z components of the inward normals of the planes through the sides -y, +x, +y, -x, (4, N)."""
     x0, x1, y0, y1 = edges
     sides = arena.empty((4, height.shape[-1]))
@@ -114,12 +117,24 @@ def _side_normals(edges, height, arena):
     return sides
 
 
-def _angle(sides, i, out):
-    """Angle between sides `i` and `i + 1`."""
-    np.multiply(sides[i], sides[(i + 1) % 4], out=out)
-    np.negative(out, out=out)
-    np.clip(out, -1.0, 1.0, out=out)
-    return np.arccos(out, out=out)
+def _excess(sides, i, out, arena):
+    """By how much the angle between sides `i` and `i + 1` exceeds a right one, asin(s_i s_j).
+
+    A polynomial, since numpy's arcsin takes three times as long; its error is below 1e-7, less than that of the
+    product. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 4.4.46.
+    """
+    with arena.frame():
+        x, magnitude = arena.empty(out.shape), arena.empty(out.shape)
+        np.multiply(sides[i], sides[(i + 1) % 4], out=x)
+        np.minimum(np.abs(x, out=magnitude), 1.0, out=magnitude)
+        np.multiply(magnitude, _ARCSINE[0], out=out)
+        for c in _ARCSINE[1:-1]:
+            np.multiply(np.add(out, c, out=out), magnitude, out=out)
+        np.add(out, _ARCSINE[-1], out=out)
+        np.sqrt(np.subtract(1.0, magnitude, out=magnitude), out=magnitude)
+        np.multiply(out, magnitude, out=out)
+        np.subtract(0.5 * math.pi, out, out=out)
+        return np.copysign(out, x, out=out)
 
 
 def _sine(a, b2, out):

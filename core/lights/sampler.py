@@ -122,10 +122,15 @@ class LightSampler:
                         rows = 0 if kind.count == 1 else arena.take(choice.index, lanes) - first
                         chosen = (arena.take(a, lanes) for a in (p, u0, u1))
                         part = kind.sample(rows, *chosen, arena)
-                        for whole, piece in zip(out, part, strict=True):
-                            whole[..., lanes] = piece
+                        for whole, piece in zip(_components(out), _components(part), strict=True):
+                            whole[lanes] = piece
             _chosen(out, choice.pmf)
         return out
+
+
+def _components(sample):
+    """All (N,) arrays of a sample; writing lanes of one after the other is twice as fast as of (3, N)."""
+    return (*sample.wi, sample.distance, *sample.weight, sample.pdf)
 
 
 def _chosen(sample, pmf):

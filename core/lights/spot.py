@@ -59,9 +59,9 @@ class SpotLights:
             np.multiply(slope, x, out=x)
         return x
 
-    def intersect(self, rows, o, d, tmax, arena):
-        """Rays that cross the source before `tmax`."""
-        hits = self.source.intersect(rows, o, d, tmax, arena)
+    def intersect(self, rows, o, d, tmin, tmax, arena):
+        """Rays that cross the source between `tmin` and `tmax`."""
+        hits = self.source.intersect(rows, o, d, tmin, tmax, arena)
         radiance = arena.empty((3, hits.lanes.size))
         with arena.frame():
             dimmed = self.attenuation(rows_at(rows, hits.lanes, arena), arena.take(d, hits.lanes), arena)

@@ -61,7 +61,7 @@ class SunDisks:
             np.copyto(wi, to_world(square_to_uniform_cone(u0, u1, cap, arena), s, t, axis, arena))
         return LightSample(wi, arena.full(n, math.inf), weight, cap_pdf(cap, arena, n))
 
-    def intersect(self, rows, o, d, tmax, arena):
+    def intersect(self, rows, o, d, tmin, tmax, arena):
         """Rays that go to infinity within the disk."""
         with arena.frame():
             hit = distance_to_axis(d, rows_of(self.axis, rows, arena), arena) <= rows_of(self.cap, rows, arena)

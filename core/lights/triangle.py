@@ -34,7 +34,7 @@ class TriangleLights:
 
     def __init__(self, corners, prim, radiance, textures=(), texture=None):
         v0, v1, v2 = np.asarray(corners, np.float64).reshape(3, 3, -1)
-        self._corners = np.concatenate([v0, v1 - v0, v2 - v0]).astype(np.float32)
+        self._corners = np.ascontiguousarray(np.concatenate([v0, v1 - v0, v2 - v0]), np.float32)
         self.prim = np.ascontiguousarray(prim, np.int32)
         self.radiance = np.ascontiguousarray(radiance, np.float32)
         self.count = self.prim.size

@@ -90,7 +90,7 @@ class LocalModel(Wavefront):
         missed = np.flatnonzero(hits.prim < 0)
         if missed.size == 0:
             return
-        if level == 0 and Feature.TRANSPARENT_FILM in self.features:
+        if level == 0 and self.settings.transparent_film:
             radiance[3, missed] = 0
         elif Feature.ENVIRONMENT in self.features:
             light = np.broadcast_to(self.scene.lights.environment.eval(None, arena), (3, missed.size))

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bsdf import mixture
 from ..compile.features import Feature
 from ..interaction import spawn, spawn_to
 from ..sampling.mis import weight as mis_weight
@@ -53,15 +52,16 @@ class PathTrace(Wavefront):
         super().__init__(compiled, settings)
         features = compiled.features
         self._straight = Feature.TRANSPARENCY in features
-        self._sees_film = Feature.TRANSPARENT_FILM in features
         self._has_lights = Feature.DIRECT_LIGHT in features
         stages = {
             Feature.ENVIRONMENT: self._add_environment,
-            Feature.TRANSPARENT_FILM: self._clear_film,
             Feature.EMISSIVE_SURFACES: self._add_emission,
             Feature.LAMPS: self._add_lamps,
         }
         self._arrivals = tuple(stage for feature, stage in stages.items() if feature in features)
+        self._sees_film = settings.transparent_film
+        if self._sees_film:
+            self._arrivals += (self._clear_film,)
         met_by_chance = Feature.ENVIRONMENT | Feature.EMISSIVE_SURFACES | Feature.LAMPS
         self._last_ray_matters = bool(features & met_by_chance)
         self._add = self._add_clamped if Feature.CLAMP in features else self._add_plain
@@ -196,21 +196,21 @@ class PathTrace(Wavefront):
     def _shade_group(self, number, surface, light, sampled, start, stop, arena):
         scene = self.scene
         program = scene.materials.programs[number]
-        if not program.closures:
+        mixture = program.mixture
+        if not mixture.lobes:
             return None, None
         material = arena.take(scene.geometry.material, surface.prim)
         constants = scene.materials.constants(number, "scatter", material, arena)
         lobes = program.lobes_over(surface_context(surface, scene.geometry, arena), constants)
-        mix = mixture.Mixture(lobes, surface.ns)
         direct = scattered = None
-        if light is not None and program.can_evaluate:
+        if light is not None and mixture.is_smooth:
             part = slices(light, start, stop)
-            direct, pdf = mixture.eval_pdf(mix, surface.ng, surface.wo, part.wi, arena)
+            direct, pdf = mixture.eval_pdf(lobes, surface, part.wi, arena)
             np.multiply(direct, part.weight, out=direct)
             np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
         if sampled is not None:
             u = sampled[:, start:stop]
-            scattered = mixture.sample(mix, surface.ng, surface.wo, u[0], u[1], u[2], arena)
+            scattered = mixture.sample(lobes, surface, u[0], u[1], u[2], arena)
         return direct, scattered
 
     def _add_direct(self, paths, surface, light, direct, depth, radiance, worker):

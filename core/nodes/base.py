@@ -47,12 +47,15 @@ class Operation:
         Whether constant inputs give constant outputs.
     prepare : callable, optional
         ``prepare(properties, diagnostics, place) -> properties`` once at compile, e.g. to read an image.
+    unsupported : mapping of str to str
+        Outputs, and inputs left unlinked, that are not honoured yet, with what the user is told.
     """
 
     run: Callable
     inputs: Mapping[str, float | tuple] = field(default_factory=dict)
     foldable: bool = True
     prepare: Callable | None = None
+    unsupported: Mapping[str, str] = field(default_factory=dict)
 
 
 def as_vector(value):

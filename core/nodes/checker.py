@@ -36,5 +36,6 @@ OPERATIONS = {
         _checker,
         {"vector": None, "color1": (0.8, 0.8, 0.8), "color2": (0.2, 0.2, 0.2), "scale": 5.0},
         foldable=False,
+        unsupported={"vector": "a checker texture without coordinates is generated in Blender; the UV map is used"},
     ),
 }

@@ -6,6 +6,8 @@ from __future__ import annotations
 from ..interaction import uv_at
 from .base import Operation
 
+_OTHERS = ("generated", "normal", "object", "camera", "window", "reflection")
+
 
 def lookup_uv(context, name):
     """UV map `name` of the lanes, (3, N) with a zero third row; "" is each mesh's active map."""
@@ -21,10 +23,14 @@ def _uv_map(context, inputs, properties):
 
 def _tex_coord(context, inputs, properties):
     uv = lookup_uv(context, "")
-    return dict.fromkeys(("uv", "generated", "normal", "object", "camera", "window", "reflection"), uv)
+    return dict.fromkeys(("uv", *_OTHERS), uv)
 
 
 OPERATIONS = {
     "uv_map": Operation(_uv_map, foldable=False),
-    "tex_coord": Operation(_tex_coord, foldable=False),
+    "tex_coord": Operation(
+        _tex_coord,
+        foldable=False,
+        unsupported={name: f"texture coordinate '{name}' is not supported; the UV map is used" for name in _OTHERS},
+    ),
 }

@@ -66,7 +66,10 @@ def read_file(path):
     """Pixels (H, W, 4) float32 of an image file, row 0 at the bottom; None when it cannot be read."""
     import OpenImageIO as oiio  # noqa: PLC0415 -- only scenes that read images pay for it
 
-    source = oiio.ImageInput.open(path)
+    # Alpha stays as stored, apart from the colour: what is converted to linear is not yet multiplied by it.
+    config = oiio.ImageSpec()
+    config.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(path, config)
     if source is None:
         return None
     pixels = source.read_image(oiio.FLOAT)

@@ -39,9 +39,16 @@ def square_to_uniform_disk_concentric(u0, u1, arena, out=None):
         np.divide(x, phi, out=phi)
         np.multiply(phi, math.pi / 4, out=phi)
         np.subtract(math.pi / 2, phi, out=phi, where=tall)
-        np.multiply(np.cos(phi, out=out[0]), r, out=out[0])
-        np.multiply(np.sin(phi, out=out[1]), r, out=out[1])
+        circle(phi, r, out[0], out[1])
     return out
+
+
+def circle(phi, r, x, y):
+    """Write r cosφ and r sinφ. `phi` must not lie beside `x` or `y` in memory: numpy's fast loops then step aside."""
+    np.cos(phi, out=x)
+    np.sin(phi, out=y)
+    np.multiply(x, r, out=x)
+    np.multiply(y, r, out=y)
 
 
 def disk_to_square_concentric(p):
@@ -94,18 +101,15 @@ def square_to_uniform_sphere(u0, u1, arena, out=None, radius=1.0):
         out = arena.empty((3, n))
     x, y, z = out
     with arena.frame():
-        r = arena.empty(n)
+        r, phi = arena.empty(n), arena.empty(n)
         np.subtract(1.0, u0, out=r)
         np.multiply(r, u0, out=r)
         np.sqrt(r, out=r)
         np.multiply(r, 2.0 * radius, out=r)
         np.multiply(u0, -2.0 * radius, out=z)
         np.add(z, radius, out=z)
-        np.multiply(u1, 2.0 * math.pi, out=y)
-        np.cos(y, out=x)
-        np.sin(y, out=y)
-        np.multiply(x, r, out=x)
-        np.multiply(y, r, out=y)
+        np.multiply(u1, 2.0 * math.pi, out=phi)
+        circle(phi, r, x, y)
     return out
 
 
@@ -144,17 +148,14 @@ def square_to_uniform_cone(u0, u1, cap, arena, out=None):
         out = arena.empty((3, n))
     x, y, z = out
     with arena.frame():
-        h, r = arena.empty(n), arena.empty(n)
+        h, r, phi = arena.empty(n), arena.empty(n), arena.empty(n)
         np.multiply(u0, cap, out=h)  # 1 - cosθ
         np.subtract(2.0, h, out=r)
         np.multiply(r, h, out=r)
         np.sqrt(r, out=r)
         np.subtract(1.0, h, out=z)
-        np.multiply(u1, 2.0 * math.pi, out=y)
-        np.cos(y, out=x)
-        np.sin(y, out=y)
-        np.multiply(x, r, out=x)
-        np.multiply(y, r, out=y)
+        np.multiply(u1, 2.0 * math.pi, out=phi)
+        circle(phi, r, x, y)
     return out
 
 

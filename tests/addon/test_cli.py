@@ -147,7 +147,7 @@ def test_a_picture_and_its_numbers(run_python, blend):
     assert set(numbers["rays"]) == {"camera", "shadow", "secondary"}
     assert numbers["rays"]["camera"] == 40 * 20 * 4
     assert set(numbers["features"]) == {"in_use", "left_out"}
-    assert numbers["nonfinite"] == 0
+    assert (numbers["nonfinite"], numbers["stopped"]) == (0, "samples")
     assert numbers["diagnostics"] == []
     assert 0 <= numbers["estimated_error"] < 0.1
     assert 0 < numbers["embree_seconds"] < numbers["seconds"]["total"]
@@ -197,4 +197,5 @@ def test_ctrl_c_keeps_the_samples(run_python, blend):
     assert output.exists()
     numbers = json.loads(stats.read_text())
     assert 0 < numbers["samples"] < 10000000
+    assert numbers["stopped"] == "cancelled"
     assert numbers["seconds"]["render"] < 2.5

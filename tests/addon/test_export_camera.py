@@ -99,7 +99,7 @@ def test_no_camera(scene):
     scene.camera = None
     with pytest.raises(SceneError, match="the scene has no camera; add one or pass --camera NAME"):
         export(scene)
-    with pytest.raises(SceneError, match="no camera 'Nope'.*'Camera'"):
+    with pytest.raises(SceneError, match=r"no camera 'Nope'.*'Camera'"):
         export(scene, camera="Nope")
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What lights are to the classic methods: as the light itself from afar, finite nearby, never in their own shadow."""
 
+import itertools
 import math
 
 import numpy as np
@@ -46,7 +47,7 @@ def octahedron(radius, center, levels=4):
 def disk(radius, z, count=64):
     t = np.linspace(0, 2 * math.pi, count + 1)
     rim = np.stack([radius * np.cos(t), radius * np.sin(t), np.full_like(t, z)], axis=1)
-    return np.array([[(0, 0, z), a, b] for a, b in zip(rim[:-1], rim[1:], strict=True)])
+    return np.array([[(0, 0, z), a, b] for a, b in itertools.pairwise(rim)])
 
 
 def exact(lights, p, toward):
@@ -130,6 +131,13 @@ def test_at_the_light_itself_all_is_finite(name):
     )  # fmt: skip
     wi, _, irradiance = lights.classic.illuminate(0, points((1, 0, 3), (0, 0, 3)), Arena())
     assert np.isfinite(wi).all() and np.isfinite(irradiance).all()
+
+
+def test_one_pseudo_light_for_each_emitting_object():
+    geometry = Geometry.from_arrays(np.concatenate([disk(1.0, 0.0), disk(1.0, 5.0)]))
+    geometry.object[::2] = 1
+    lights = compile_lights(Scene(Camera()), geometry, [(1, 1, 1)], Diagnostics())
+    assert lights.classic.count == 2
 
 
 def test_order_and_ambient():
