@@ -234,7 +234,8 @@ def _interruptible():
         interrupted.set()
         signal.signal(signal.SIGINT, before)
 
-    before = signal.signal(signal.SIGINT, on_interrupt)
+    # Python cannot put Blender's own handler back, which it knows as None.
+    before = signal.signal(signal.SIGINT, on_interrupt) or signal.SIG_DFL
     try:
         yield interrupted
     finally:

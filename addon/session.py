@@ -8,6 +8,7 @@ back to Blender: the engine may be deleted while they run.
 from __future__ import annotations
 
 import logging
+import math
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -112,7 +113,9 @@ class Display:
 
 def progress_line(film, settings):
     """Say in one line how far a film is."""
-    return f"Sample {film.samples}/{settings.samples}, estimated error {film.error():.2%}"
+    error = film.error()
+    known = f", estimated error {error:.2%}" if math.isfinite(error) else ""
+    return f"Sample {film.samples}/{settings.samples}{known}"
 
 
 def render_job(job, engine, view_layer):

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
+from functools import cache
 
 import bpy
 import numpy as np
@@ -38,18 +40,24 @@ def export_image(image, diagnostics):
     -------
     core.scene.Image
         With a path where the file is what Blender shows; with pixels where the image is packed, generated or painted,
-        or its alpha is switched off; with neither where the image is missing.
+        its alpha is switched off or files cannot be read; with neither where the image is missing.
     """
     _diagnose(image, diagnostics)
     name = image.name
     path = bpy.path.abspath(image.filepath, library=image.library) if image.filepath else ""
     as_on_disk = image.source == "FILE" and not image.is_dirty and image.packed_file is None
-    if as_on_disk and image.alpha_mode != "NONE" and os.path.isfile(path):
+    if _core_reads_files() and as_on_disk and image.alpha_mode != "NONE" and os.path.isfile(path):
         return description.Image(name, filepath=os.path.abspath(path), colorspace=image.colorspace_settings.name)
     pixels = _pixels(image)
     if pixels is None:
         return description.Image(name)
     return description.Image(name, pixels, colorspace=_colorspace_of_pixels(image))
+
+
+@cache
+def _core_reads_files():
+    """Whether there is an OpenImageIO to read them with; not every Blender brings it as a Python module."""
+    return importlib.util.find_spec("OpenImageIO") is not None
 
 
 def _diagnose(image, diagnostics):

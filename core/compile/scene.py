@@ -80,6 +80,8 @@ class CompiledScene:
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
         self.features = self.needed if force_features is None else force_features
         self.accel = Accel(self.geometry)
+        if self.accel.insides_missed:
+            diagnostics.warn("this Blender's Embree does not show spheres of large point clouds from inside")
 
     def feature_report(self):
         """Names of the features in use and left out."""

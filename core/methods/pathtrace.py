@@ -56,9 +56,9 @@ class PathTrace(Wavefront):
         stages = {
             Feature.ENVIRONMENT: self._add_environment,
             Feature.EMISSIVE_SURFACES: self._add_emission,
-            Feature.LAMPS: self._add_lamps,
         }
         self._arrivals = tuple(stage for feature, stage in stages.items() if feature in features)
+        self._has_lamps = Feature.LAMPS in features
         self._sees_film = settings.transparent_film
         if self._sees_film:
             self._arrivals += (self._clear_film,)
@@ -95,13 +95,22 @@ class PathTrace(Wavefront):
         hits = self.scene.accel.intersect(paths.o, paths.d, paths.tmax, arena, clock=worker.clock)
         if depth > 0:
             worker.rays["secondary"] += paths.keys.size
+        if self._has_lamps and depth > 0:  # the camera does not see lamps, as in Cycles
+            self._add_lamps(paths, None, hits, depth, radiance, worker)
         if self._straight:
-            pass_through(self.scene, paths, hits, depth, self.settings.transparent_depth, samples, worker)
+            self._pass_through(paths, hits, depth, samples, radiance, worker)
         for arrive in self._arrivals:
             arrive(paths, hits, depth, radiance, worker)
         if depth == self.settings.depth:
             return None
         return self._scatter(paths, hits, depth, samples, radiance, worker)
+
+    def _pass_through(self, paths, hits, depth, samples, radiance, worker):
+        """Carry paths through surfaces that they pass straight; lamps on the way count."""
+        limit = self.settings.transparent_depth
+        for lanes, further in pass_through(self.scene, paths, hits, depth, limit, samples, worker):
+            if self._has_lamps and depth > 0:
+                self._add_lamps(paths, lanes, further, depth, radiance, worker)
 
     # -- light that a path meets ---------------------------------------------------------------------------------------
 
@@ -138,16 +147,19 @@ class PathTrace(Wavefront):
             np.multiply(light, mis_weight(paths.pdf[met], light_pdf, arena), out=light)
         self._arrive(paths, met, light, depth, radiance, arena)
 
-    def _add_lamps(self, paths, hits, depth, radiance, worker):
-        if depth == 0:
-            return  # lamps are not seen by the camera, as in Cycles
+    def _add_lamps(self, paths, part, hits, depth, radiance, worker):
+        """Lamps crossed by the latest segment of the paths `part` (None: all), which ends at `hits`."""
         arena = worker.scratch
-        distance = arena.empty(hits.t.size)
-        np.copyto(distance, hits.t)
-        distance[hits.prim < 0] = np.inf
-        for lanes, emitted, light_pdf in self.scene.lights.lamps.crossings(paths.o, paths.d, distance, arena):
-            light = np.multiply(emitted, mis_weight(paths.pdf[lanes], light_pdf, arena), out=arena.empty((3, lanes.size)))
-            self._arrive(paths, lanes, light, depth, radiance, arena)
+        ends = arena.empty(hits.t.size)
+        np.copyto(ends, hits.t)
+        np.copyto(ends, np.inf, where=hits.prim < 0)
+        o, d, passed = (
+            a if a is None or part is None else arena.take(a, part) for a in (paths.o, paths.d, paths.passed)
+        )
+        for lanes, emitted, light_pdf in self.scene.lights.lamps.crossings(o, d, ends, arena, passed):
+            where = lanes if part is None else part[lanes]
+            light = np.multiply(emitted, mis_weight(paths.pdf[where], light_pdf, arena), out=arena.empty((3, lanes.size)))
+            self._arrive(paths, where, light, depth, radiance, arena)
 
     def _arrive(self, paths, lanes, light, depth, radiance, arena):
         """Add `light` (3, n) that met the paths `lanes`."""

@@ -59,7 +59,12 @@ def transmittance(scene, o, d, tmax, transparent_depth, worker):
 def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
     """Carry lanes through surfaces that they pass straight.
 
-    Changes `state` (beta, o, passed) and `hits` in place: afterwards each hit is one that scatters, or a miss.
+    Changes `state` (beta, o, passed) and `hits` in place: at the end each hit is one that scatters, or a miss.
+
+    Yields
+    ------
+    (lanes, hits)
+        Of each further segment.
     """
     arena = worker.scratch
     lane = np.flatnonzero(np.take(scene.transparent_prim, hits.prim, mode="wrap"))
@@ -95,4 +100,5 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         further = scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
         for column, values in zip(hits, further, strict=True):
             column[lane] = values
+        yield lane, further
         lane = lane[np.take(scene.transparent_prim, further.prim, mode="wrap")]
