@@ -60,7 +60,8 @@ def sphere_counts(wi, alive, shape):
 def sphere_integral(density, shape, fine):
     """∫ density over each of the cells, by the midpoint rule on `fine` × `fine` points a cell, (cells,) float64.
 
-    ``density(wi (3, n)) -> (n,)``.    """
+    ``density(wi (3, n)) -> (n,)``.
+    """
     rows, columns = shape[0] * fine, shape[1] * fine
     z = ((np.arange(rows) + 0.5) / rows * 2 - 1)[:, None]
     phi = ((np.arange(columns) + 0.5) / columns * 2 * np.pi)[None, :]
@@ -95,5 +96,7 @@ def check_sampler(sample, density, count, shape=(32, 64), fine=12, seed=0):
         wi, pdf = sample(u, arena)
         observed = sphere_counts(wi, pdf > 0.0, shape)
     expected = sphere_integral(dense, shape, fine) * count
-    expected = np.append(expected, max(count - expected.sum(), 0.0))
-    return chi_square(observed, expected)
+    lost = count - expected.sum()
+    if abs(lost) < 0.005 * count:  # not told apart from the error of the integral
+        return chi_square(observed[:-1], expected)
+    return chi_square(observed, np.append(expected, max(lost, 0.0)))

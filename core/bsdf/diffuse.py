@@ -12,7 +12,7 @@ from .base import Lobe, LobeSample
 flags = Lobe.REFLECTION | Lobe.DIFFUSE
 
 # A little smaller than the unit sphere, so that even the point opposite to the normal leaves a direction.
-_RADIUS = 1.0 - 1e-5
+_RADIUS = 1.0 - 1e-6
 
 
 def sample(params, n, wo, uc, u0, u1, arena):

@@ -57,7 +57,7 @@ def glass(mu, alpha, ior, inside, arena):
 
 def schlick(mu, alpha, eta, arena):
     """Mean interpolation from F0 to white over the facets of a dielectric reflection, (N,)."""
-    return _lookup(tables()["schlick"], (_index(eta), np.sqrt(alpha), mu))
+    return _lookup(tables()["schlick"], (_index(eta), np.sqrt(alpha), mu), arena)
 
 
 def compensation(e, average, color):
@@ -74,10 +74,10 @@ def _index(ior):
 
 
 def _pair(name, coordinates, mu, arena):
-    return _lookup(tables()[name], (*coordinates, mu)), _lookup(_averages()[name], coordinates)
+    return _lookup(tables()[name], (*coordinates, mu), arena), _lookup(_averages()[name], coordinates, arena)
 
 
-def _lookup(table, coordinates):
+def _lookup(table, coordinates, arena):
     """Multilinear interpolation of `table` at coordinates in [0, 1], (1,) or (N,) each.
 
     Axes with a constant coordinate are interpolated first, for the whole table: most materials leave a row over cosθ.
@@ -93,6 +93,8 @@ def _lookup(table, coordinates):
         table = np.squeeze(a + (b - a) * t, axis=axis) if table.ndim > 1 else a + (b - a) * t
     if not kept:
         return table.reshape(-1)
+    if len(kept) == 1:
+        return _along_row(table, kept[0], arena)
     cells = [_cell(x, size) for x, size in zip(kept, table.shape, strict=True)]
     strides = [int(np.prod(table.shape[axis + 1 :])) for axis in range(table.ndim)]
     flat, out = np.ascontiguousarray(table).reshape(-1), None
@@ -103,6 +105,24 @@ def _lookup(table, coordinates):
             weight = weight * (t if up else 1.0 - t)
         term = flat[index] * weight
         out = term if out is None else out + term
+    return out
+
+
+def _along_row(row, x, arena):
+    """Linear interpolation of `row` (K,) at `x` (N,) in [0, 1]."""
+    out, last = arena.empty(x.shape), row.size - 1
+    with arena.frame():
+        t, floor, low = arena.empty(x.shape), arena.empty(x.shape), arena.empty(x.shape, np.intp)
+        np.multiply(x, float(last), out=t)
+        np.clip(t, 0.0, float(last), out=t)
+        np.floor(t, out=floor)
+        np.minimum(floor, last - 1.0, out=floor)
+        np.subtract(t, floor, out=t)
+        np.copyto(low, floor, casting="unsafe")
+        np.take(row[1:] - row[:-1], low, out=out, mode="clip")
+        np.multiply(out, t, out=out)
+        np.take(row, low, out=t, mode="clip")
+        np.add(out, t, out=out)
     return out
 
 

@@ -4,7 +4,6 @@
 import numpy as np
 import pytest
 
-from tests import stat
 from zraka.core.arena import Arena
 from zraka.core.bsdf import (
     conductor,
@@ -19,6 +18,7 @@ from zraka.core.bsdf import (
 )
 from zraka.core.bsdf.base import Lobe
 from zraka.core.bsdf.energy_tables import directional_albedo
+from zraka.tests import stat
 
 ANGLES = (30.0, 80.0, 89.9)
 ALPHAS = (0.05, 0.3, 1.0)

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from tests import stat
 from zraka.core.arena import Arena
 from zraka.core.sampling import warp
+from zraka.tests import stat
 
 N = 100_000
 EXTREMES = np.float32([0.0, 1.0 - 2.0**-24, 0.5, 2.0**-24])

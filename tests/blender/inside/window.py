@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drives Blender's window as a user would, and writes down what happened: ``blender --python window.py -- FOLDER``.
+
+Blender's timer calls `steps` whenever it has waited for what it yielded. Clicks and keys are real ones, by xdotool;
+they reach Blender when the timer has returned. FOLDER gets ``log.json`` and pictures of the screen.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+ZRAKA = "bl_ext.user_default.zraka"
+FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+LIMIT = 60.0  # seconds for one step
+TABS = ("RENDER", "OUTPUT", "VIEW_LAYER", "SCENE", "WORLD", "OBJECT", "DATA", "MATERIAL")
+F12 = "96"  # a key code: in some keymaps the name would come with Alt
+
+session = importlib.import_module(f"{ZRAKA}.addon.session")
+ui = importlib.import_module(f"{ZRAKA}.addon.ui")
+log = {"drawn": [], "shown": [], "breaks": [], "handlers": []}
+
+
+# -- what is watched ---------------------------------------------------------------------------------------------------
+
+
+class Watched:
+    """An engine that notes when Blender was asked for a cancel and when pictures were shown."""
+
+    def __init__(self, engine):
+        self._engine = engine
+
+    def __getattr__(self, name):
+        return getattr(self._engine, name)
+
+    def test_break(self):
+        cancelled = self._engine.test_break()
+        if cancelled:
+            log["breaks"].append(time.perf_counter())
+        return cancelled
+
+    def update_result(self, result):
+        self._engine.update_result(result)
+        log["shown"].append(time.perf_counter())
+
+
+def watch_renders():
+    render_job = session.render_job
+
+    def watched(job, engine, view_layer):
+        log["started"] = time.perf_counter()
+        try:
+            render_job(job, Watched(engine), view_layer)
+        finally:
+            log["returned"] = time.perf_counter()
+
+    session.render_job = watched
+    for name in ("render_cancel", "render_complete"):
+        getattr(bpy.app.handlers, name).append(lambda *_, name=name: log["handlers"].append(name))
+
+
+def watch_panels():
+    """Note which of Zraka's panels were drawn, and open those that are closed at first."""
+
+    def watched(cls, draw):
+        def noted(self, context):
+            draw(self, context)
+            log["drawn"].append(cls.__name__)
+
+        return noted
+
+    ui.unregister()
+    for cls in ui.CLASSES:
+        cls.bl_options = set()
+        cls.draw = watched(cls, cls.draw)
+    ui.register()
+
+
+# -- what is done ------------------------------------------------------------------------------------------------------
+
+
+def steps():
+    """Yield seconds to wait, or a function that is true when the wait is over."""
+    context = bpy.context
+    context.preferences.view.show_splash = False
+    window = context.window_manager.windows[0]
+    areas = {area.type: area for area in window.screen.areas}
+    yield 1.0
+
+    properties = areas["PROPERTIES"]
+    yield from choose_engine(window, properties)
+    log["engine"] = context.scene.render.engine
+    context.scene.render.engine = "ZRAKA"
+
+    watch_panels()
+    yield from look_at_panels(context, properties)
+
+    yield from render_and_cancel(context, areas["VIEW_3D"])
+
+
+def choose_engine(window, properties):
+    """Open the drop-down by a click and choose Zraka by its letter."""
+    properties.spaces.active.context = "RENDER"
+    window.scene.render.engine = "BLENDER_WORKBENCH"
+    yield 1.0
+    region = next(region for region in properties.regions if region.type == "WINDOW")
+    scale = bpy.context.preferences.system.ui_scale
+    click(window, region.x + 0.65 * region.width, region.y + region.height - 20 * scale)
+    yield 1.5
+    shot("engines")
+    press("z")
+    yield 1.0
+
+
+def look_at_panels(context, properties):
+    """Draw each tab of the properties, for a mesh; the tab of an object for an empty as well."""
+    empty = bpy.data.objects.new("Ground", None)
+    context.scene.collection.objects.link(empty)
+    empty.zraka.plane = True
+    mesh = next(thing for thing in context.scene.objects if thing.type == "MESH")
+    for method, thing in (("PATHTRACE", mesh), ("RAYTRACE", empty)):
+        context.scene.zraka.method = method
+        context.view_layer.objects.active = thing
+        for tab in TABS if thing is mesh else ("RENDER", "OBJECT"):
+            properties.spaces.active.context = tab
+            yield 0.6
+            shot(f"tab-{tab.lower()}-{thing.type.lower()}")
+    context.scene.zraka.method = "PATHTRACE"
+    bpy.data.objects.remove(empty)
+
+
+def render_and_cancel(context, view):
+    """F12, a picture of the first pass, Escape, and what is left."""
+    context.preferences.view.render_display_type = "SCREEN"
+    scene = context.scene
+    scene.render.resolution_x = scene.render.resolution_y = 400
+    scene.zraka.samples = 100000
+    watch_renders()
+    move(context.window_manager.windows[0], view.x + view.width / 2, view.y + view.height / 2)
+    yield 0.5
+    log["f12"] = time.perf_counter()
+    press(F12)
+    yield lambda: log["shown"]
+    yield 1.0
+    shot("first-passes")
+    yield lambda: len(log["shown"]) >= 4
+    shot("later")
+    log["escape"] = time.perf_counter()
+    press("Escape")
+    yield lambda: "returned" in log and log["handlers"]
+    yield 1.5
+    shot("cancelled")
+    scene.render.image_settings.file_format = "PNG"
+    bpy.data.images["Render Result"].save_render(str(FOLDER / "kept.png"))
+
+
+# -- hands and eyes ----------------------------------------------------------------------------------------------------
+
+
+def move(window, x, y):
+    """Put the pointer on a point of the window, given in Blender's way: from the bottom left."""
+    subprocess.run(["xdotool", "mousemove", str(round(x)), str(round(window.height - y))], check=True)
+
+
+def click(window, x, y):
+    move(window, x, y)
+    subprocess.run(["xdotool", "click", "1"], check=True)
+
+
+def press(key):
+    subprocess.run(["xdotool", "key", key], check=True)
+
+
+def shot(name):
+    """Keep the screen as a picture; Blender's own operator for that gives a black one without a window manager."""
+    subprocess.run(["import", "-window", "root", "-depth", "8", FOLDER / f"{name}.png"], check=True)
+
+
+class Driver:
+    """Takes one step after another; the window is closed after the last one, whatever happened."""
+
+    def __init__(self):
+        self._steps = steps()
+        self._condition = None
+        self._deadline = 0.0
+
+    def __call__(self):
+        try:
+            if self._condition is not None and not self._condition():
+                if time.perf_counter() > self._deadline:
+                    raise TimeoutError(f"waited {LIMIT:.0f} s in vain; so far {log}")
+                return 0.05
+            wait = next(self._steps)
+        except StopIteration:
+            (FOLDER / "log.json").write_text(json.dumps(log), encoding="utf-8")
+            self._quit()
+            return None
+        except BaseException:
+            self._quit()
+            raise
+        self._condition = wait if callable(wait) else None
+        self._deadline = time.perf_counter() + LIMIT
+        return 0.05 if callable(wait) else wait
+
+    def _quit(self):
+        bpy.ops.wm.quit_blender()
+
+
+bpy.app.timers.register(Driver(), first_interval=1.0)
