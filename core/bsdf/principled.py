@@ -3,7 +3,7 @@
 
 From the top: transparency by `alpha`; the mix of metal by `metallic`, glass by `transmission_weight`, and a dielectric
 surface over a diffuse base. What the surface reflects, the base does not get. GGX lobes get back the energy that single
-scattering loses (Blender's distribution "Multiscatter GGX"). Emission, coat, sheen and subsurface are the caller's.
+scattering loses where Blender's distribution is "Multiscatter GGX". Emission, coat, sheen and subsurface are the caller's.
 
 Source: the Principled node of Cycles 4 and 5, compared by rendering.
 """
@@ -68,7 +68,7 @@ def lobes_of(constants):
     return lobes
 
 
-def expand(inputs, front, wo, n, arena, lobes=None):
+def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True):
     """The lobes of the lanes with weights and parameters, for `mixture.Mixture`.
 
     Parameters
@@ -81,6 +81,8 @@ def expand(inputs, front, wo, n, arena, lobes=None):
         Viewing direction and shading normal.
     lobes : dict, optional
         What `lobes_of` told when the material was compiled; None asks it about the inputs of size one.
+    multiscatter : bool
+        Blender's distribution "Multiscatter GGX": lobes get back the energy that single scattering loses.
 
     Returns
     -------
@@ -97,13 +99,13 @@ def expand(inputs, front, wo, n, arena, lobes=None):
         out.append((transparent, below * (1.0 - x["alpha"]), {}))
         below = below * x["alpha"]
     if "metallic" in lobes:
-        out.append(_metal(lobes["metallic"], x, alpha, mu, below, arena))
+        out.append(_metal(lobes["metallic"], x, alpha, mu, below, multiscatter, arena))
         below = below * (1.0 - x["metallic"])
     if "transmission" in lobes:
-        out.append(_transmission(lobes["transmission"], x, alpha, mu, front, below, arena))
+        out.append(_transmission(lobes["transmission"], x, alpha, mu, front, below, multiscatter, arena))
         below = below * (1.0 - x["transmission_weight"])
     if "specular" in lobes:
-        specular, reflected = _specular(lobes["specular"], x, alpha, mu, below, arena)
+        specular, reflected = _specular(lobes["specular"], x, alpha, mu, below, multiscatter, arena)
         out.append(specular)
         below = below * np.maximum(1.0 - reflected.max(axis=0), 0.0)
     if "diffuse" in lobes:
@@ -129,19 +131,20 @@ def _clean(inputs):
     return x
 
 
-def _metal(lobe, x, alpha, mu, below, arena):
+def _metal(lobe, x, alpha, mu, below, multiscatter, arena):
     """F82-tint metal: base colour at normal incidence, specular tint at the edge."""
     f0, tint = np.minimum(x["base_color"], 1.0), np.minimum(x["specular_tint"], 1.0)
     weight = below * x["metallic"]
     params = {"f0": f0, "tint": tint}
     if lobe is conductor.Rough:
         params["alpha"] = alpha
-        average = fresnel.f82_average(f0, fresnel.f82_drop(f0, tint))
-        weight = weight * energy.compensation(*energy.reflection(mu, alpha, arena), average)
+        if multiscatter:
+            average = fresnel.f82_average(f0, fresnel.f82_drop(f0, tint))
+            weight = weight * energy.compensation(*energy.reflection(mu, alpha, arena), average)
     return lobe, weight, params
 
 
-def _transmission(lobe, x, alpha, mu, front, below, arena):
+def _transmission(lobe, x, alpha, mu, front, below, multiscatter, arena):
     """Glass whose refraction takes the root of the base colour: a ray crosses the surface twice."""
     ior, white = x["ior"], bool((x["specular_tint"] == 1.0).all())
     tint = np.sqrt(np.minimum(x["base_color"], 1.0))
@@ -152,13 +155,14 @@ def _transmission(lobe, x, alpha, mu, front, below, arena):
     weight = below * x["transmission_weight"]
     if lobe is glass.Rough:
         params["alpha"] = alpha
-        dense_side = inside if float(ior.min()) >= 1.0 else inside ^ (ior < 1.0)
-        e, average = energy.glass(mu, alpha, np.maximum(ior, 1.0 / ior), dense_side, arena)
-        weight = weight * energy.compensation(e, average, tint)
+        if multiscatter:
+            dense_side = inside if float(ior.min()) >= 1.0 else inside ^ (ior < 1.0)
+            e, average = energy.glass(mu, alpha, np.maximum(ior, 1.0 / ior), dense_side, arena)
+            weight = weight * energy.compensation(e, average, tint)
     return lobe, weight, params
 
 
-def _specular(lobe, x, alpha, mu, below, arena):
+def _specular(lobe, x, alpha, mu, below, multiscatter, arena):
     """The dielectric surface, and what it reflects of the light, (3, N)."""
     level, ior = x["specular_ior_level"], x["ior"]
     f0, eta = fresnel.f0_from_ior(ior), ior
@@ -173,13 +177,15 @@ def _specular(lobe, x, alpha, mu, below, arena):
     weight = below
     if lobe is dielectric.Rough:
         params["alpha"] = alpha
-        e, average = energy.reflection(mu, alpha, arena)
-        s = energy.schlick(mu, alpha, eta, arena)
-        real = fresnel.f0_from_ior(eta)
-        share = np.clip((fresnel.dielectric_average(eta) - real) / (1.0 - real), 0.0, 1.0)
-        factor = energy.compensation(e, average, f0 + (1.0 - f0) * share)
-        weight = below * factor
-        reflected = factor * e * (f0 + (1.0 - f0) * s)
+        reflected = f0 + (1.0 - f0) * energy.schlick(mu, alpha, eta, arena)
+        if multiscatter:
+            e, average = energy.reflection(mu, alpha, arena)
+            real = fresnel.f0_from_ior(eta)
+            share = np.clip((fresnel.dielectric_average(eta) - real) / (1.0 - real), 0.0, 1.0)
+            factor = energy.compensation(e, average, f0 + (1.0 - f0) * share)
+            weight = below * factor
+            # Without compensation, Cycles takes no account of the lost energy: the base gets none of it.
+            reflected = factor * e * reflected
     else:
         exact, _ = fresnel.dielectric(mu, eta, arena)
         reflected = fresnel.mix_to_white(f0, fresnel.interpolation(exact, eta, arena), arena)

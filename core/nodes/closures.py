@@ -163,7 +163,8 @@ def _principled(context, inputs, lobes, properties):
     s = context.surface
     opaque = np.clip(inputs["alpha"], 0, 1)
     known = {name: inputs[name] for name in principled.DEFAULTS}
-    found = principled.expand(known, s.front, s.wo, s.ns, context.arena, lobes)
+    multiscatter = properties.get("distribution", "MULTI_GGX") == "MULTI_GGX"
+    found = principled.expand(known, s.front, s.wo, s.ns, context.arena, lobes, multiscatter)
     if opaque.size > 1 or opaque[0] != 1:
         found = [(lobe, weight * opaque, params) for lobe, weight, params in found]
     return [(*entry, None) for entry in found]

@@ -24,7 +24,7 @@ F12 = "96"  # a key code: in some keymaps the name would come with Alt
 
 session = importlib.import_module(f"{ZRAKA}.addon.session")
 ui = importlib.import_module(f"{ZRAKA}.addon.ui")
-log = {"drawn": [], "shown": [], "breaks": [], "handlers": []}
+log = {"panels": [cls.__name__ for cls in ui.CLASSES], "drawn": [], "shown": [], "breaks": [], "handlers": []}
 
 
 # -- what is watched ---------------------------------------------------------------------------------------------------
@@ -93,12 +93,11 @@ def steps():
     areas = {area.type: area for area in window.screen.areas}
     yield 1.0
 
+    watch_panels()
     properties = areas["PROPERTIES"]
     yield from choose_engine(window, properties)
     log["engine"] = context.scene.render.engine
     context.scene.render.engine = "ZRAKA"
-
-    watch_panels()
     yield from look_at_panels(context, properties)
 
     yield from render_and_cancel(context, areas["VIEW_3D"])
@@ -111,7 +110,7 @@ def choose_engine(window, properties):
     yield 1.0
     region = next(region for region in properties.regions if region.type == "WINDOW")
     scale = bpy.context.preferences.system.ui_scale
-    click(window, region.x + 0.65 * region.width, region.y + region.height - 20 * scale)
+    click(window, region.x + 0.65 * region.width, region.y + region.height - 57 * scale)
     yield 1.5
     shot("engines")
     press("z")

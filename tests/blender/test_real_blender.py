@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Zraka in whole Blenders, as users have it: installed as an extension, rendering with and without a window.
+
+Samples are keyed by pixel, and the core computes alike under every numpy and Embree; so pictures are compared with
+those of the bpy module directly, with room for the last bits only.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from .conftest import ROOT
+
+oiio = pytest.importorskip("OpenImageIO")
+
+pytestmark = pytest.mark.blender
+
+SIDE, SAMPLES = 96, 16
+SMALL = (
+    "import bpy; scene = bpy.context.scene; render = scene.render; "
+    f"render.resolution_x = render.resolution_y = {SIDE}; scene.zraka.samples = {SAMPLES}"
+)
+RENDER = ("-E", "ZRAKA", "-F", "OPEN_EXR", "-o", "//out_", "-f", "1")
+
+
+def read(path):
+    """A picture, (H, W, C), row 0 at the top."""
+    picture = oiio.ImageBuf(str(path))
+    assert picture.has_error is False, picture.geterror()
+    return picture.get_pixels(oiio.FLOAT)
+
+
+def assert_same(picture, expected):
+    """The same noise, pixel by pixel; a path or two may turn another way by a last bit."""
+    assert picture.shape == expected.shape
+    different = np.abs(picture - expected).max(axis=2) > 1e-4 * (1 + np.abs(expected).max(axis=2))
+    assert different.mean() < 0.01
+    np.testing.assert_allclose(picture.mean(axis=(0, 1)), expected.mean(axis=(0, 1)), rtol=0.01)
+
+
+@pytest.fixture(scope="session")
+def reference(tmp_path_factory):
+    """A function that renders a file as `SMALL` by the bpy module."""
+    folder = tmp_path_factory.mktemp("reference")
+
+    def render(path, *args):
+        output = folder / f"{path.stem}.exr"
+        size = ["--size", f"{SIDE}x{SIDE}", "--samples", str(SAMPLES)]
+        if not output.exists():
+            command = [sys.executable, "-m", "zraka", "render", path, *size, "--output", output, *args]
+            subprocess.run(command, check=True, capture_output=True, cwd=ROOT)
+        return read(output)
+
+    return render
+
+
+def test_the_extension_is_valid_and_installed(blender, extension):
+    done = blender("--command", "extension", "validate", extension)
+    assert done.returncode == 0, done.stdout
+    done = blender("--command", "extension", "list")
+    assert "zraka" in done.stdout
+
+
+@pytest.mark.parametrize("kind", ["OPEN_EXR", "PNG"])
+def test_a_picture_without_a_window(blender, reference, kind):
+    done = blender("-b", "cornell.blend", "--python-expr", SMALL, *RENDER[:3], kind, *RENDER[4:])
+    assert done.returncode == 0, done.stdout
+    assert "Sample 1/16" in done.stdout
+    assert "Traceback" not in done.stdout
+    if kind == "OPEN_EXR":
+        assert_same(read(blender.folder / "out_0001.exr"), reference(ROOT / "sample_blends" / "cornell.blend"))
+    else:
+        assert 0.1 < read(blender.folder / "out_0001.png")[..., :3].mean() < 0.9
+
+
+@pytest.mark.parametrize("library", ["with", "without"])
+def test_image_textures(blender, reference, library):
+    """Where Blender brings no OpenImageIO for Python, it reads the images itself."""
+    sample = ROOT / "sample_blends" / "interior.blend"
+    shutil.copy(sample, blender.folder)
+    unpack = "; [image.unpack(method='WRITE_LOCAL') for image in bpy.data.images if image.packed_file]"
+    hide = "; import sys; sys.modules['OpenImageIO'] = None" if library == "without" else ""
+    done = blender("-b", "interior.blend", "--python-expr", SMALL + unpack + hide, *RENDER)
+    assert done.returncode == 0, done.stdout
+    assert list((blender.folder / "textures").iterdir())
+    assert_same(read(blender.folder / "out_0001.exr"), reference(sample))
+
+
+def test_the_command(blender, reference):
+    arguments = ["--size", f"{SIDE}x{SIDE}", "--samples", SAMPLES, "--output", "out.exr", "--json", "stats.json"]
+    done = blender("--command", "zraka", "render", "cornell.blend", *arguments)
+    assert done.returncode == 0, done.stdout
+    assert_same(read(blender.folder / "out.exr"), reference(ROOT / "sample_blends" / "cornell.blend"))
+    stats = json.loads((blender.folder / "stats.json").read_text(encoding="utf-8"))
+    assert stats["bpy"].startswith(blender.version)
+    assert (stats["samples"], stats["nonfinite"]) == (SAMPLES, 0)
+
+
+def test_the_command_refuses_in_one_line(blender):
+    done = blender("--command", "zraka", "render", "nothing.blend")
+    assert (done.returncode, done.stdout.strip().splitlines()[-1]) == (2, "zraka: no such file: nothing.blend")
+
+
+def test_without_a_camera(blender):
+    done = blender("-b", "cornell.blend", "--python-expr", SMALL + "; scene.camera = None", *RENDER)
+    assert "Cannot render, no camera" in done.stdout  # Blender's own sentence
+    assert "Traceback" not in done.stdout
+    assert not list(blender.folder.glob("out_*"))
+
+
+def test_an_unusable_scene_is_one_sentence(blender):
+    no_camera = "; scene.camera = bpy.data.objects['Floor']"
+    done = blender("-b", "cornell.blend", "--python-expr", SMALL + no_camera, *RENDER)
+    assert done.stdout.count("object 'Floor' is not a camera; choose one that is") == 1
+    assert "Traceback" not in done.stdout
+
+
+def test_a_bug_of_ours_is_one_sentence_and_a_traceback(blender):
+    bug = (
+        "; import importlib; session = importlib.import_module('bl_ext.user_default.zraka.addon.session')"
+        "; session.render_job = None"
+    )
+    done = blender("-b", "cornell.blend", "--python-expr", SMALL + bug, *RENDER)
+    assert done.stdout.count("Zraka stopped (TypeError: 'NoneType' object is not callable)") == 1
+    assert "Traceback" in done.stdout
+
+
+@pytest.mark.parametrize("crop", [False, True])
+def test_a_border(blender, reference, crop):
+    x0, y0, x1, y1 = 24, 12, 72, 60  # from the bottom left
+    edges = "".join(
+        f"; render.border_{name} = {value / SIDE}"
+        for name, value in {"min_x": x0, "min_y": y0, "max_x": x1, "max_y": y1}.items()
+    )
+    border = f"; render.use_border = True; render.use_crop_to_border = {crop}"
+    done = blender("-b", "cornell.blend", "--python-expr", SMALL + edges + border, *RENDER)
+    assert done.returncode == 0, done.stdout
+    picture = read(blender.folder / "out_0001.exr")
+    whole = reference(ROOT / "sample_blends" / "cornell.blend")
+    inside = (slice(SIDE - y1, SIDE - y0), slice(x0, x1))
+    if not crop:
+        outside = picture.copy()
+        outside[inside] = 0
+        assert not outside.any()
+        picture = picture[inside]
+    assert_same(picture, whole[inside])
+
+
+def test_two_view_layers(blender, reference):
+    """Each with its own objects."""
+    layers = """
+import bpy
+scene = bpy.context.scene
+scene.view_layers[0].name = 'All'
+boxes = bpy.data.collections.new('Boxes')
+scene.collection.children.link(boxes)
+for name in ('Short box', 'Tall box'):
+    thing = bpy.data.objects[name]
+    for collection in list(thing.users_collection):
+        collection.objects.unlink(thing)
+    boxes.objects.link(thing)
+scene.view_layers.new('Empty').layer_collection.children['Boxes'].exclude = True
+image = scene.render.image_settings
+if hasattr(image, 'media_type'):
+    image.media_type = 'MULTI_LAYER_IMAGE'
+    image.use_exr_interleave = True
+image.file_format = 'OPEN_EXR_MULTILAYER'
+"""
+    (blender.folder / "layers.py").write_text(layers, encoding="utf-8")
+    arguments = ["--python", "layers.py", "--python-expr", SMALL, "-E", "ZRAKA", "-o", "//out_", "-f", "1"]
+    done = blender("-b", "cornell.blend", *arguments)
+    assert done.returncode == 0, done.stdout
+    picture = oiio.ImageBuf(str(blender.folder / "out_0001.exr"))
+    names, pixels = picture.spec().channelnames, picture.get_pixels(oiio.FLOAT)
+    shown = {
+        layer: pixels[..., [names.index(f"{layer}.Combined.{channel}") for channel in "RGBA"]]
+        for layer in ("All", "Empty")
+    }
+    assert_same(shown["All"], reference(ROOT / "sample_blends" / "cornell.blend"))
+    boxes = (slice(SIDE // 2, SIDE), slice(SIDE // 4, 3 * SIDE // 4))
+    assert shown["Empty"][boxes].mean() > 1.2 * shown["All"][boxes].mean()
+
+
+def test_ctrl_c_keeps_the_picture(blender):
+    done = blender("-b", "cornell.blend", *blender.script("interrupt.py", "facts.json"))
+    facts = json.loads((blender.folder / "facts.json").read_text(encoding="utf-8"))
+    assert facts["operator"] == ["CANCELLED"], done.stdout
+    assert facts["seconds"] < 1
+    assert read(blender.folder / "kept.exr")[..., :3].mean() > 0.05
+
+
+def test_blenders_own_embree_answers_alike(blender):
+    done = blender("-b", *blender.script("hits.py", "facts.json"))
+    assert done.returncode == 0, done.stdout
+    facts = json.loads((blender.folder / "facts.json").read_text(encoding="utf-8"))
+    assert facts["native"]
+    assert facts["global_scope"]
+    assert "libembree4.so.4" in facts["embree"]
+    assert 0.2 < facts["hit"] < 0.9
+    assert min(facts["same_prim"], facts["same_blocked"], facts["blocked_agrees"]) > 0.9999
+    assert facts["largest_difference"] < 1e-4
+    assert str(blender.home) in facts["embreex"]
+    assert str(blender.home) not in facts["numpy"]
+
+
+def test_the_window(blender):
+    """The engine is chosen, its panels are drawn, a render shows its passes and is cancelled."""
+    folder = blender.folder / "window"
+    folder.mkdir()
+    script = blender.script("window.py", folder)
+    done = blender("--window-geometry", 0, 0, 1280, 800, "cornell.blend", *script, gui=True)
+    assert done.returncode == 0, done.stdout
+    assert "Traceback" not in done.stdout
+    log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
+    assert log["engine"] == "ZRAKA"
+    assert set(log["panels"]) == set(log["drawn"])
+    assert log["handlers"] == ["render_cancel"]
+    assert len(log["shown"]) >= 4
+    print({"first": log["shown"][0] - log["started"], "break": log["returned"] - log["breaks"][0]})
+    # Half a second is the aim; here OpenGL is software and takes the same cores.
+    assert log["returned"] - log["breaks"][0] < 1
+    assert read(folder / "kept.png")[..., :3].mean() > 0.1
