@@ -6,11 +6,13 @@ PY := .venv/bin/python
 export PYTHON
 
 .DEFAULT_GOAL := help
-.PHONY: help venv render test samples lint clean
+.PHONY: help venv render test test-blender extension samples lint clean
 
 help:
 	@echo "make render   path-trace sample_blends/cornell.blend to renders/cornell.png and .exr"
 	@echo "make test     ruff and all tests"
+	@echo "make test-blender  tests in whole Blenders, window and all (root on a Debian; see docs/blender.md)"
+	@echo "make extension     pack dist/zraka-*.zip for Blender, one a platform"
 	@echo "make samples  write sample_blends/*.blend anew"
 	@echo "make lint     ruff alone"
 	@echo "make clean    remove .venv and what the tools left behind"
@@ -24,7 +26,13 @@ render: venv
 		--output renders/cornell.png --output renders/cornell.exr
 
 test: lint
-	@$(PY) -m pytest -n 2 --dist loadfile -m ""
+	@$(PY) -m pytest -n 2 --dist loadfile -m "not blender"
+
+test-blender: venv
+	@$(PY) -m pytest tests/blender -m blender
+
+extension: venv
+	@$(PY) .ci/extension.py
 
 lint: venv
 	@$(PY) -m ruff check .

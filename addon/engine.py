@@ -16,7 +16,7 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
 
     bl_idname = ENGINE
     bl_label = "Zraka"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
     bl_use_postprocess = True

@@ -23,6 +23,9 @@ log = logging.getLogger(__name__)
 SHOW_EVERY = 0.25
 """Seconds between two pictures in the image editor: Blender merges every pass of the result for each."""
 
+PREVIEW_SAMPLES = 16
+"""Samples of the small pictures of materials; their scene is Blender's own, with settings nobody chose."""
+
 
 @dataclass(frozen=True)
 class Job:
@@ -155,7 +158,8 @@ class Session:
         self._job = None
         with reported(engine):
             engine.update_stats("", "Exporting")
-            self._job = export_job(depsgraph, camera=engine.camera_override)
+            samples = PREVIEW_SAMPLES if engine.is_preview else None
+            self._job = export_job(depsgraph, camera=engine.camera_override, samples=samples)
             self._warn(engine, self._job)
 
     def render(self, engine, depsgraph):
@@ -170,6 +174,8 @@ class Session:
                 self._warn(engine, job)
 
     def _warn(self, engine, job):
+        if engine.is_preview:  # Its scene is not the user's.
+            return
         for message in job.diagnostics.messages():
             if message not in self._said:
                 self._said.add(message)

@@ -7,7 +7,8 @@ uninitialised memory is made.
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+import math
+from functools import cache
 
 import numpy as np
 
@@ -28,16 +29,13 @@ class Arena:
 
     def empty(self, shape, dtype=np.float32):
         """Uninitialised C-contiguous array, valid until the enclosing `frame` ends."""
-        dtype = np.dtype(dtype)
-        count = 1
-        for s in shape if isinstance(shape, tuple) else (shape,):
-            count *= s
-        nbytes = count * dtype.itemsize
-        if self._top + nbytes > self._blocks[self._block].size:
-            self._next_block(nbytes)
+        nbytes = _itemsize(dtype) * (shape if isinstance(shape, int) else math.prod(shape))
         start = self._top
+        block = self._blocks[self._block]
+        if start + nbytes > block.size:
+            block, start = self._next_block(nbytes), 0
         self._top = start + -(-nbytes // _ALIGN) * _ALIGN
-        return self._blocks[self._block][start : start + nbytes].view(dtype).reshape(shape)
+        return np.ndarray(shape, dtype, block, start)
 
     def zeros(self, shape, dtype=np.float32):
         """Like `empty`, filled with zero."""
@@ -60,14 +58,9 @@ class Arena:
         """Give back everything."""
         self._block = self._top = 0
 
-    @contextmanager
     def frame(self):
-        """Arrays taken inside are given back at its end."""
-        mark = self._block, self._top
-        try:
-            yield self
-        finally:
-            self._block, self._top = mark
+        """Context in which arrays are taken that are given back at its end."""
+        return _Frame(self)
 
     @property
     def nbytes(self):
@@ -81,3 +74,26 @@ class Arena:
             self._blocks.append(np.empty(max(nbytes, self._block_bytes), np.uint8))
         elif self._blocks[self._block].size < nbytes:
             self._blocks[self._block] = np.empty(nbytes, np.uint8)
+        return self._blocks[self._block]
+
+
+class _Frame:
+    """What is left of `contextlib.contextmanager` when each of its microseconds counts."""
+
+    __slots__ = ("_arena", "_mark")
+
+    def __init__(self, arena):
+        self._arena = arena
+
+    def __enter__(self):
+        arena = self._arena
+        self._mark = arena._block, arena._top
+        return arena
+
+    def __exit__(self, *error):
+        self._arena._block, self._arena._top = self._mark
+
+
+@cache
+def _itemsize(dtype):
+    return np.dtype(dtype).itemsize

@@ -22,6 +22,7 @@ _PLANE_SLACK = 16 * UNIT_ROUNDOFF
 
 # The share of its length by which a shadow ray ends early, so that it does not meet the light's own surface.
 SHADOW_EPSILON = 1e-4
+SHORTEST = 1e-30  # no shadow ray is shorter: its direction is a quotient by the length
 
 
 class Interaction(NamedTuple):
@@ -68,20 +69,33 @@ def spawn(p, offset, ng, w, arena):
 
 
 def spawn_to(p, offset, ng, w, distance, arena):
-    """Shadow ray from `p` along the unit vectors `w` to a point at `distance` (N,), which may be inf.
+    """Shadow ray from `p` to the point at `distance` (N,), which may be inf, along the unit vectors `w`.
+
+    The start is moved off the surface, so the ray is turned by as much: one that only ran parallel would miss the
+    point, and meet the light's own surface early where it grazes it.
 
     Returns
     -------
     o : (3, N)
         As of `spawn`.
+    d : (3, N)
+        Towards the point; nearly, but not exactly, of length 1.
     tmax : (N,)
-        Ends before the point, clear of a surface through it.
+        In units of |d|; ends before the point.
     """
-    o = spawn(p, offset, ng, w, arena)
-    tmax = arena.empty(offset.shape)
-    np.multiply(distance, 1.0 - SHADOW_EPSILON, out=tmax)
-    np.subtract(tmax, offset, out=tmax)
-    return o, tmax
+    count = w.shape[1]
+    o, d, tmax = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count)
+    with arena.frame():
+        step = dot(w, ng, arena)
+        np.copysign(offset, step, out=step)
+        np.multiply(ng, step, out=o)
+        np.add(o, p, out=o)
+        np.maximum(distance, SHORTEST, out=tmax)
+        np.divide(step, tmax, out=step)
+        np.multiply(ng, step, out=d)
+        np.subtract(w, d, out=d)
+    np.multiply(tmax, 1.0 - SHADOW_EPSILON, out=tmax)
+    return o, d, tmax
 
 
 def uv_at(geometry, name, prim, u, v, arena):

@@ -13,9 +13,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from mathutils import Matrix
-
-sys.path.insert(0, str(Path(__file__).parent))
-from parts import (  # noqa: E402
+from parts import (
     CUBE_FACES,
     CUBE_VERTICES,
     ball,
@@ -60,7 +58,7 @@ def cornell():
     new_file(512, 512, samples=128, depth=8, about=cornell.__doc__)
     white = diffuse("White", (0.725, 0.71, 0.68))
     red, green = diffuse("Red", (0.63, 0.065, 0.05)), diffuse("Green", (0.14, 0.45, 0.091))
-    lamp = emission("Light", (1.0, 0.78, 0.46), 17.0)
+    lamp = emission("Light", (1.0, 0.86, 0.66), 28.0)
 
     quad("Floor", ((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)), white)
     quad("Back wall", ((-1, 1, 0), (1, 1, 0), (1, 1, 2), (-1, 1, 2)), white)
@@ -75,7 +73,7 @@ def cornell():
     box("Tall box", (0.6, 0.6, 1.2), (-0.33, 0.37, 0.6), white, rotation_z=18)
     box("Short box", (0.6, 0.6, 0.6), (0.33, -0.28, 0.3), white, rotation_z=-17)
     world((0.0, 0.0, 0.0))
-    camera((0, -3.88, 1), (0, 0, 1), fov=39.3)
+    camera((0, -3.88, 1), (0, 0, 1), fov=38.2)
 
 
 # -- the scenes of the thesis ------------------------------------------------------------------------------------------
@@ -90,26 +88,33 @@ THESIS_OBJECTS = {  # colour, translation, rotation about Y in degrees, scale: o
     "Wall 3": ((1.0, 1.0, 1.0), (0, 0, -5), 0, (10, 10, 1)),
     "Wall 4": ((1.0, 1.0, 1.0), (5, 0, 0), 0, (1, 10, 10)),
 }
-THESIS_POWER = 220.0  # W
+THESIS_POWER = 200.0  # W
 
 THESIS_TEXT = """
 Scene of Davor Najev, "Postupak praćenja zrake i praćenja puta" (FER, Zagreb, 2024): {which}.
 
-Y-up coordinates (x, y, z) became (x, -z, y). The ceiling keeps its scale of zero, so its sides have no area.
-Reflectivity 0.2 is a white glossy share of 0.2 over Lambert reflection, with the thesis' path roughness 0.1. The classic
-methods take reflectivity, Phong exponent and ambient light from the scene's overrides.
+Y-up coordinates (x, y, z) became (x, -z, y). {ceiling}
+Reflectivity 0.2 is a white glossy share of 0.2 over Lambert reflection. The thesis' path roughness 0.1 is the width of
+the lobe (GGX alpha), of which Blender's roughness is the square root. The classic methods take reflectivity, Phong
+exponent and ambient light from the scene's overrides.
 The thesis' light falls off linearly, to nothing at distance 20; Blender's with the square of the distance, and Lambert
-reflection divides by pi. Its power, {power:g} W, was chosen so that the pictures look alike: light from about 3.5 units
-away is as strong as there (4 pi^2 3.5^2 0.5 (1 - 3.5/20) = 200 W), what is nearer is brighter and what is farther darker.
+reflection divides by pi. Its power, {power:g} W, was chosen so that the pictures look alike: at a distance of 3.5 both
+are equally bright (4 pi^2 3.5^2 0.5 (1 - 3.5/20) = 200 W); what is nearer is brighter here, what is farther darker.
 """
 
 
-def _thesis_scene(which, count):
+FLAT_CEILING = "The ceiling keeps its scale of zero: its sides have no area, its two faces coincide."
+THIN_CEILING = """The ceiling is 2 mm thick instead of flat: Cycles shows two faces that coincide black,
+and this scene is compared with it."""
+
+
+def _thesis_scene(which, count, ceiling="", thickness=0.0):
     """The first `count` of the thesis' objects, its light, its sky and its camera."""
-    about = THESIS_TEXT.format(which=which, power=THESIS_POWER)
+    about = THESIS_TEXT.format(which=which, power=THESIS_POWER, ceiling=ceiling)
     new_file(500, 500, samples=64, depth=5, about=about, reflectivity=0.2, exponent=32.0, ambient=0.2)
     for name, (color, (x, y, z), angle, (sx, sy, sz)) in list(THESIS_OBJECTS.items())[:count]:
-        data = mesh(name, CUBE_VERTICES, CUBE_FACES, [coated(name, color, 0.2, 0.1)])
+        sy = sy or thickness
+        data = mesh(name, CUBE_VERTICES, CUBE_FACES, [coated(name, color, 0.2, math.sqrt(0.1))])
         link(name, data, (x, -z, y), (0, 0, angle), (sx, sz, sy))
     light("Light", "POINT", THESIS_POWER, (0, 0.5, 3.1), color=(0.5, 1.0, 1.0), shadow_soft_size=0.0)
     world((0.3, 0.4, 1.0))
@@ -120,7 +125,7 @@ def _thesis_scene(which, count):
 @scene
 def thesis():
     """Cubes, floor, two walls and the ceiling."""
-    _thesis_scene("two cubes, floor, two walls and the ceiling", 6)
+    _thesis_scene("two cubes, floor, two walls and the ceiling", 6, FLAT_CEILING)
 
 
 @scene
@@ -132,7 +137,7 @@ def room_open():
 @scene
 def room_closed():
     """All eight: no ray escapes."""
-    _thesis_scene("all eight, so that no ray escapes", 8)
+    _thesis_scene("all eight, so that no ray escapes", 8, THIN_CEILING, 0.001)
 
 
 # -- Whitted's spheres -------------------------------------------------------------------------------------------------
@@ -147,7 +152,7 @@ def whitted():
     ball("Glass ball", 1.0, (-0.35, -0.1, 1.75), glass("Glass", 1.5))
     ball("Mirror ball", 1.1, (1.35, 1.9, 1.25), glossy("Mirror", (0.9, 0.9, 0.92)))
     ball("Blue ball", 0.45, (-1.9, 1.2, 0.45), diffuse("Blue", (0.05, 0.15, 0.6)))
-    light("Light", "AREA", 900, (-5, -4, 8), (0, 1, 0.5), color=(1.0, 0.95, 0.85), shape="SQUARE", size=3.0)
+    light("Light", "AREA", 900, (-5, -4, 8), (0, 1, 0.5), color=(1.0, 0.95, 0.85), shape="SQUARE", size=4.0)
     world((0.22, 0.45, 0.9), 0.8)
     camera((-0.2, -6.6, 2.5), (0.1, 0.3, 1.35), fov=46)
 
@@ -200,8 +205,8 @@ def _painting(width=192, height=128):
     y, x = np.mgrid[:height, :width] / (height - 1)
     color = np.stack((0.35 + 0.62 * (1 - y), 0.3 + 0.25 * (1 - y), 0.35 + 0.35 * y), axis=-1)
     color[np.hypot(x - 0.95, y - 0.55) < 0.13] = (1.0, 0.86, 0.5)
-    hills = ((0.5, 0.09, 5.0, (0.4, 0.25, 0.38)), (0.36, 0.07, 8.0, (0.24, 0.2, 0.32)), (0.2, 0.06, 11.0, (0.1, 0.13, 0.2)))
-    for base, swing, waves, tone in hills:
+    far, middle, near = (0.4, 0.25, 0.38), (0.24, 0.2, 0.32), (0.1, 0.13, 0.2)
+    for base, swing, waves, tone in ((0.5, 0.09, 5, far), (0.36, 0.07, 8, middle), (0.2, 0.06, 11, near)):
         color[y < base + swing * np.sin(waves * x + 9 * base)] = tone
     return color
 
@@ -247,8 +252,9 @@ def interior():
     quad("Picture", ((-0.54, 1.94, 1.43), (0.74, 1.94, 1.43), (0.74, 1.94, 2.27), (-0.54, 1.94, 2.27)), picture, (1, 1))
     brass = principled("Brass", (0.85, 0.6, 0.25), roughness=0.25, metallic=1.0)
     glaze = principled("Glaze", (0.1, 0.35, 0.33), roughness=0.12)
-    vase = [(0.07, 0), (0.1, 0.03), (0.125, 0.1), (0.12, 0.17), (0.08, 0.24), (0.05, 0.29), (0.055, 0.33), (0.075, 0.35)]
-    lathe("Vase", [(0.0, 0.0), *vase, (0.06, 0.34), (0.0, 0.3)], (-0.25, 0.45, 0.766), glaze)
+    radii = (0.0, 0.07, 0.1, 0.125, 0.12, 0.08, 0.05, 0.055, 0.075, 0.06, 0.0)
+    heights = (0.0, 0.0, 0.03, 0.1, 0.17, 0.24, 0.29, 0.33, 0.35, 0.34, 0.3)
+    lathe("Vase", list(zip(radii, heights, strict=True)), (-0.25, 0.45, 0.766), glaze)
     ball("Brass ball", 0.11, (0.3, 0.38, 0.876), brass, levels=4)
 
     daylight = {"shape": "RECTANGLE", "size": 1.9, "size_y": 1.4}

@@ -51,8 +51,8 @@ class CompiledScene:
     ----------
     geometry, accel, materials, lights, camera, sampler
         The tables, by subject.
-    emissive_prim, transparent_prim : (P + 1,) bool
-        By primitive; the last element stands for a miss (-1).
+    emissive_prim, transparent_prim, clear_prim : (P + 1,) bool
+        Which primitives emit, let rays pass straight, do nothing else; the last element stands for a miss (-1).
     features : Feature
         What the scene needs, and what the methods therefore run.
     """
@@ -75,6 +75,9 @@ class CompiledScene:
         self.emissive_prim = self._by_primitive([e is not None for e in emission_of])
         self.transparent_prim = self._by_primitive(
             [programs[n].transparency is not None for n in self.materials.program_of]
+        )
+        self.clear_prim = self._by_primitive(
+            [not programs[n].closures and emission_of[m] is None for m, n in enumerate(self.materials.program_of)]
         )
         self._program_of_prim = self._by_primitive(self.materials.program_of, miss=len(programs), dtype=np.int16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)

@@ -185,8 +185,7 @@ class LocalModel(Wavefront):
     def _seen(self, surface, lanes, wi, distance, worker):
         arena = worker.scratch
         p, offset, ng = (arena.take(a, lanes) for a in (surface.p, surface.offset, surface.ng))
-        o, tmax = spawn_to(p, offset, ng, wi, distance, arena)
-        return self.visibility(o, wi, tmax, worker)
+        return self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker)
 
     # -- rays beyond ---------------------------------------------------------------------------------------------------
 

@@ -236,8 +236,7 @@ class PathTrace(Wavefront):
         direct = arena.take(direct, lit)
         wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
         p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
-        o, tmax = spawn_to(p, offset, ng, wi, distance, arena)
-        np.multiply(direct, self.visibility(o, wi, tmax, worker), out=direct)
+        np.multiply(direct, self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker), out=direct)
         self._add(radiance, lit if paths.lane is None else arena.take(paths.lane, lit), direct, depth)
 
     def _go_on(self, paths, surface, scattered, u, depth, worker):

@@ -76,6 +76,7 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         surface = scene.interact(part, arena.take(state.o, lane), d, arena)
         weight = straight_weight(scene, surface, arena)
         chance = np.clip(weight.max(axis=0), 0.0, 1.0)
+        chance[np.take(scene.clear_prim, surface.prim)] = 1  # nothing else happens there, so nothing is left to chance
         slots = None if state.slots is None else state.slots[lane]
         group = Draw.STRAIGHT.at(depth) + _PASSAGE_GROUPS * (passage + 1)
         u = scene.sampler.draw(group, 1, state.keys[lane], slots, samples, arena)[0]

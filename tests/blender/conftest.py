@@ -50,7 +50,7 @@ class Blender:
     def script(self, name, *args):
         """Arguments that run a script of ``inside/``, with arguments of its own."""
         shutil.copy(FOLDER / "inside" / name, self.folder)
-        return ["--python-exit-code", 3, "--python", name, "--", *args]
+        return ["--python-exit-code", 3, "--python", name, *(["--", *args] if args else [])]
 
 
 @pytest.fixture(scope="session")

@@ -107,6 +107,34 @@ def test_the_command_refuses_in_one_line(blender):
     assert (done.returncode, done.stdout.strip().splitlines()[-1]) == (2, "zraka: no such file: nothing.blend")
 
 
+def test_the_command_keeps_the_picture_on_ctrl_c(blender):
+    script = blender.script("interrupt_command.py")
+    arguments = ["--size", f"{SIDE}x{SIDE}", "--samples", 1000000, "--output", "kept.exr"]
+    done = blender(*script, "--command", "zraka", "render", "cornell.blend", *arguments)
+    assert done.returncode == 130, done.stdout
+    assert read(blender.folder / "kept.exr")[..., :3].mean() > 0.05
+
+
+def test_an_animation(blender):
+    """Frames differ as what is animated does, and nothing is left over from the frame before."""
+    fall = (
+        "; thing = bpy.data.objects['Tall box']; thing.keyframe_insert('location', frame=1)"
+        "; thing.location.x = 10; thing.keyframe_insert('location', frame=2)"
+        "; scene.frame_start, scene.frame_end = 1, 2; scene.zraka.samples = 4"
+    )
+    done = blender("-b", "cornell.blend", "--python-expr", SMALL + fall, *RENDER[:-2], "-a")
+    assert done.returncode == 0, done.stdout
+    first, second = (read(blender.folder / f"out_000{frame}.exr") for frame in (1, 2))
+    assert np.abs(first - second).mean() > 0.01
+
+
+def test_off_and_on_again(blender):
+    """Nothing of Zraka stays behind in Blender when it is switched off."""
+    done = blender("-b", *blender.script("switch.py"))
+    assert done.returncode == 0, done.stdout
+    assert "Traceback" not in done.stdout
+
+
 def test_without_a_camera(blender):
     done = blender("-b", "cornell.blend", "--python-expr", SMALL + "; scene.camera = None", *RENDER)
     assert "Cannot render, no camera" in done.stdout  # Blender's own sentence
@@ -154,27 +182,8 @@ def test_a_border(blender, reference, crop):
 
 def test_two_view_layers(blender, reference):
     """Each with its own objects."""
-    layers = """
-import bpy
-scene = bpy.context.scene
-scene.view_layers[0].name = 'All'
-boxes = bpy.data.collections.new('Boxes')
-scene.collection.children.link(boxes)
-for name in ('Short box', 'Tall box'):
-    thing = bpy.data.objects[name]
-    for collection in list(thing.users_collection):
-        collection.objects.unlink(thing)
-    boxes.objects.link(thing)
-scene.view_layers.new('Empty').layer_collection.children['Boxes'].exclude = True
-image = scene.render.image_settings
-if hasattr(image, 'media_type'):
-    image.media_type = 'MULTI_LAYER_IMAGE'
-    image.use_exr_interleave = True
-image.file_format = 'OPEN_EXR_MULTILAYER'
-"""
-    (blender.folder / "layers.py").write_text(layers, encoding="utf-8")
-    arguments = ["--python", "layers.py", "--python-expr", SMALL, "-E", "ZRAKA", "-o", "//out_", "-f", "1"]
-    done = blender("-b", "cornell.blend", *arguments)
+    before = blender.script("layers.py")
+    done = blender("-b", "cornell.blend", *before, "--python-expr", SMALL, "-E", "ZRAKA", "-o", "//out_", "-f", "1")
     assert done.returncode == 0, done.stdout
     picture = oiio.ImageBuf(str(blender.folder / "out_0001.exr"))
     names, pixels = picture.spec().channelnames, picture.get_pixels(oiio.FLOAT)
@@ -183,7 +192,7 @@ image.file_format = 'OPEN_EXR_MULTILAYER'
         for layer in ("All", "Empty")
     }
     assert_same(shown["All"], reference(ROOT / "sample_blends" / "cornell.blend"))
-    boxes = (slice(SIDE // 2, SIDE), slice(SIDE // 4, 3 * SIDE // 4))
+    boxes = (slice(SIDE // 2, SIDE), slice(SIDE // 4, 3 * SIDE // 4), slice(3))
     assert shown["Empty"][boxes].mean() > 1.2 * shown["All"][boxes].mean()
 
 
@@ -202,7 +211,7 @@ def test_blenders_own_embree_answers_alike(blender):
     assert facts["native"]
     assert facts["global_scope"]
     assert "libembree4.so.4" in facts["embree"]
-    assert 0.2 < facts["hit"] < 0.9
+    assert 0.1 < facts["hit"] < 0.9
     assert min(facts["same_prim"], facts["same_blocked"], facts["blocked_agrees"]) > 0.9999
     assert facts["largest_difference"] < 1e-4
     assert str(blender.home) in facts["embreex"]
@@ -214,15 +223,15 @@ def test_the_window(blender):
     folder = blender.folder / "window"
     folder.mkdir()
     script = blender.script("window.py", folder)
-    done = blender("--window-geometry", 0, 0, 1280, 800, "cornell.blend", *script, gui=True)
+    done = blender("--window-geometry", 0, 0, 1280, 800, "cornell.blend", *script, gui=True, timeout=300)
     assert done.returncode == 0, done.stdout
     assert "Traceback" not in done.stdout
     log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
     assert log["engine"] == "ZRAKA"
     assert set(log["panels"]) == set(log["drawn"])
+    assert log["previews"]
     assert log["handlers"] == ["render_cancel"]
     assert len(log["shown"]) >= 4
-    print({"first": log["shown"][0] - log["started"], "break": log["returned"] - log["breaks"][0]})
     # Half a second is the aim; here OpenGL is software and takes the same cores.
     assert log["returned"] - log["breaks"][0] < 1
     assert read(folder / "kept.png")[..., :3].mean() > 0.1

@@ -37,7 +37,7 @@ def answers(native):
 native, t, prim, blocked = answers(native=True)
 _, plain_t, plain_prim, plain_blocked = answers(native=False)
 same = prim == plain_prim
-mapped = {line.split()[-1] for line in Path("/proc/self/maps").read_text(encoding="utf-8").splitlines() if ".so" in line}
+maps = Path("/proc/self/maps").read_text(encoding="utf-8").split()
 facts = {
     "native": native,
     "hit": float((prim >= 0).mean()),
@@ -46,7 +46,7 @@ facts = {
     "blocked_agrees": float((blocked == (prim >= 0)).mean()),
     "largest_difference": float(np.max(np.abs(t - plain_t)[same & (prim >= 0)])),
     "global_scope": accel._loaded_library()._name is None,
-    "embree": sorted(Path(name).name for name in mapped if "libembree" in name),
+    "embree": sorted({Path(name).name for name in maps if "libembree" in name}),
     "embreex": accel.embreex.__file__,
     "numpy": np.__file__,
 }

@@ -24,7 +24,7 @@ F12 = "96"  # a key code: in some keymaps the name would come with Alt
 
 session = importlib.import_module(f"{ZRAKA}.addon.session")
 ui = importlib.import_module(f"{ZRAKA}.addon.ui")
-log = {"panels": [cls.__name__ for cls in ui.CLASSES], "drawn": [], "shown": [], "breaks": [], "handlers": []}
+log = {"panels": [cls.__name__ for cls in ui.CLASSES], "drawn": [], "previews": 0, "shown": [], "breaks": [], "handlers": []}
 
 
 # -- what is watched ---------------------------------------------------------------------------------------------------
@@ -54,6 +54,10 @@ def watch_renders():
     render_job = session.render_job
 
     def watched(job, engine, view_layer):
+        if engine.is_preview:
+            log["previews"] += 1
+            render_job(job, engine, view_layer)
+            return
         log["started"] = time.perf_counter()
         try:
             render_job(job, Watched(engine), view_layer)
@@ -94,6 +98,7 @@ def steps():
     yield 1.0
 
     watch_panels()
+    watch_renders()
     properties = areas["PROPERTIES"]
     yield from choose_engine(window, properties)
     log["engine"] = context.scene.render.engine
@@ -140,7 +145,6 @@ def render_and_cancel(context, view):
     scene = context.scene
     scene.render.resolution_x = scene.render.resolution_y = 400
     scene.zraka.samples = 100000
-    watch_renders()
     move(context.window_manager.windows[0], view.x + view.width / 2, view.y + view.height / 2)
     yield 0.5
     log["f12"] = time.perf_counter()
