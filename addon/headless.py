@@ -28,7 +28,8 @@ def load_blender():
         Where it is not installed.
     """
     try:
-        import bpy
+        with quiet():
+            import bpy
     except ImportError as error:
         raise SceneError(f"Blender's Python module is missing ({error}); pip install 'zraka[blender]'") from error
     from . import register

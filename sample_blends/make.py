@@ -39,6 +39,8 @@ from parts import (
     world,
 )
 
+import zraka
+
 FOLDER = Path(__file__).parent
 SCENES = {}
 
@@ -388,6 +390,7 @@ def main(names):
     for name in names or SCENES:
         SCENES[name]()
         save(FOLDER / f"{name}.blend")
+    zraka.unregister()  # the bpy module of Blender 4.2 crashes at its end over classes that stay registered
 
 
 if __name__ == "__main__":

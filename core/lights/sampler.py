@@ -29,7 +29,7 @@ class LightSampler:
     Attributes
     ----------
     count : int
-        Number of lights that can be chosen. With 0 nothing may be sampled.
+        Number of lights that can be chosen. With 0 every sample has weight 0.
     pmf : (count,) float32
         Probability of the choice.
     """
@@ -43,7 +43,9 @@ class LightSampler:
         self._choice = DiscreteDistribution(importance) if self.count else None
         self.pmf = self._choice.pmf if self.count else np.zeros(0, np.float32)
         self._density = self._triangle_density(prim_count)
-        if self.count == 1:
+        if self.count == 0:
+            self._sample = self._sample_nothing
+        elif self.count == 1:
             self._sample = self._sample_only
         elif len(self.kinds) == 1:
             self._sample = self._sample_one_kind
@@ -102,6 +104,12 @@ class LightSampler:
             if isinstance(kind, TriangleLights):
                 density[kind.prim] = self.pmf[first : first + kind.count] / kind.area
         return density.astype(np.float32)
+
+    def _sample_nothing(self, p, uc, u0, u1, arena):
+        n = p.shape[-1]
+        wi = arena.zeros((3, n))
+        wi[2].fill(1)
+        return LightSample(wi, arena.full(n, 1.0), arena.zeros((3, n)), arena.zeros(n))
 
     def _sample_only(self, p, uc, u0, u1, arena):
         return self.kinds[0].sample(0, p, u0, u1, arena)

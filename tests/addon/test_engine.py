@@ -193,6 +193,8 @@ def test_an_error_is_one_sentence(blender_scene, add_camera, stub_core, monkeypa
 class Reports(list):
     """Stands for an engine; remembers what is reported."""
 
+    is_preview = False
+
     def report(self, kind, message):
         self.append((*kind, message))
 
@@ -206,6 +208,14 @@ def test_a_warning_is_said_once():
     diagnostics.warn("volumes are not rendered")
     one._warn(engine, job)
     assert engine == [("WARNING", "hair is not rendered"), ("WARNING", "volumes are not rendered")]
+
+
+def test_a_preview_says_nothing():
+    engine, diagnostics = Reports(), Diagnostics()
+    engine.is_preview = True
+    diagnostics.warn("hair is not rendered")
+    session.Session()._warn(engine, SimpleNamespace(diagnostics=diagnostics))
+    assert engine == []
 
 
 # -- progress and cancel -----------------------------------------------------------------------------------------------

@@ -81,10 +81,16 @@ def installed(request, extension, tmp_path_factory):
     return blender
 
 
+@pytest.fixture(scope="session")
+def samples(tmp_path_factory):
+    """A copy of the sample scenes."""
+    return shutil.copytree(ROOT / "sample_blends", tmp_path_factory.mktemp("samples") / "copy")
+
+
 @pytest.fixture
-def blender(installed, tmp_path):
+def blender(installed, samples, tmp_path):
     """The same, in a folder of the test's own with a copy of the Cornell box."""
-    shutil.copy(ROOT / "sample_blends" / "cornell.blend", tmp_path)
+    shutil.copy(samples / "cornell.blend", tmp_path)
     return Blender(installed.suite, installed.home, tmp_path)
 
 

@@ -45,15 +45,15 @@ def assert_same(picture, expected):
 
 
 @pytest.fixture(scope="session")
-def reference(tmp_path_factory):
-    """A function that renders a file as `SMALL` by the bpy module."""
+def reference(samples, tmp_path_factory):
+    """A function that renders a sample scene as `SMALL` by the bpy module."""
     folder = tmp_path_factory.mktemp("reference")
 
-    def render(path, *args):
-        output = folder / f"{path.stem}.exr"
+    def render(name):
+        output = folder / f"{name}.exr"
         size = ["--size", f"{SIDE}x{SIDE}", "--samples", str(SAMPLES)]
         if not output.exists():
-            command = [sys.executable, "-m", "zraka", "render", path, *size, "--output", output, *args]
+            command = [sys.executable, "-m", "zraka", "render", samples / f"{name}.blend", *size, "--output", output]
             subprocess.run(command, check=True, capture_output=True, cwd=ROOT)
         return read(output)
 
@@ -74,29 +74,28 @@ def test_a_picture_without_a_window(blender, reference, kind):
     assert "Sample 1/16" in done.stdout
     assert "Traceback" not in done.stdout
     if kind == "OPEN_EXR":
-        assert_same(read(blender.folder / "out_0001.exr"), reference(ROOT / "sample_blends" / "cornell.blend"))
+        assert_same(read(blender.folder / "out_0001.exr"), reference("cornell"))
     else:
         assert 0.1 < read(blender.folder / "out_0001.png")[..., :3].mean() < 0.9
 
 
 @pytest.mark.parametrize("library", ["with", "without"])
-def test_image_textures(blender, reference, library):
+def test_image_textures(blender, samples, reference, library):
     """Where Blender brings no OpenImageIO for Python, it reads the images itself."""
-    sample = ROOT / "sample_blends" / "interior.blend"
-    shutil.copy(sample, blender.folder)
+    shutil.copy(samples / "interior.blend", blender.folder)
     unpack = "; [image.unpack(method='WRITE_LOCAL') for image in bpy.data.images if image.packed_file]"
     hide = "; import sys; sys.modules['OpenImageIO'] = None" if library == "without" else ""
     done = blender("-b", "interior.blend", "--python-expr", SMALL + unpack + hide, *RENDER)
     assert done.returncode == 0, done.stdout
     assert list((blender.folder / "textures").iterdir())
-    assert_same(read(blender.folder / "out_0001.exr"), reference(sample))
+    assert_same(read(blender.folder / "out_0001.exr"), reference("interior"))
 
 
 def test_the_command(blender, reference):
     arguments = ["--size", f"{SIDE}x{SIDE}", "--samples", SAMPLES, "--output", "out.exr", "--json", "stats.json"]
     done = blender("--command", "zraka", "render", "cornell.blend", *arguments)
     assert done.returncode == 0, done.stdout
-    assert_same(read(blender.folder / "out.exr"), reference(ROOT / "sample_blends" / "cornell.blend"))
+    assert_same(read(blender.folder / "out.exr"), reference("cornell"))
     stats = json.loads((blender.folder / "stats.json").read_text(encoding="utf-8"))
     assert stats["bpy"].startswith(blender.version)
     assert (stats["samples"], stats["nonfinite"]) == (SAMPLES, 0)
@@ -170,7 +169,7 @@ def test_a_border(blender, reference, crop):
     done = blender("-b", "cornell.blend", "--python-expr", SMALL + edges + border, *RENDER)
     assert done.returncode == 0, done.stdout
     picture = read(blender.folder / "out_0001.exr")
-    whole = reference(ROOT / "sample_blends" / "cornell.blend")
+    whole = reference("cornell")
     inside = (slice(SIDE - y1, SIDE - y0), slice(x0, x1))
     if not crop:
         outside = picture.copy()
@@ -191,7 +190,7 @@ def test_two_view_layers(blender, reference):
         layer: pixels[..., [names.index(f"{layer}.Combined.{channel}") for channel in "RGBA"]]
         for layer in ("All", "Empty")
     }
-    assert_same(shown["All"], reference(ROOT / "sample_blends" / "cornell.blend"))
+    assert_same(shown["All"], reference("cornell"))
     boxes = (slice(SIDE // 2, SIDE), slice(SIDE // 4, 3 * SIDE // 4), slice(3))
     assert shown["Empty"][boxes].mean() > 1.2 * shown["All"][boxes].mean()
 

@@ -24,7 +24,14 @@ F12 = "96"  # a key code: in some keymaps the name would come with Alt
 
 session = importlib.import_module(f"{ZRAKA}.addon.session")
 ui = importlib.import_module(f"{ZRAKA}.addon.ui")
-log = {"panels": [cls.__name__ for cls in ui.CLASSES], "drawn": [], "previews": 0, "shown": [], "breaks": [], "handlers": []}
+log = {
+    "panels": [cls.__name__ for cls in ui.CLASSES],
+    "drawn": [],
+    "previews": 0,
+    "shown": [],
+    "breaks": [],
+    "handlers": [],
+}
 
 
 # -- what is watched ---------------------------------------------------------------------------------------------------

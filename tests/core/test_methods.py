@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the methods promise of each other, and of threads, tiles, chunks and features."""
+
+import dataclasses
+import threading
+
+import numpy as np
+import pytest
+from zraka.core.compile import compile_scene
+from zraka.core.compile.features import Feature
+from zraka.core.diagnostics import Diagnostics
+from zraka.core.render import passes, render
+from zraka.core.scene import AreaLight, Material, PointLight, Spheres
+from zraka.core.settings import METHODS, Settings
+
+from .scenes import box, camera, cornell, film_of, looking_down, placed, quad, radiance, scene
+
+
+def rich():
+    """Every feature at once: textures apart."""
+    lamp = np.diag([1.0, 1, 1, 1])
+    lamp[:3, 3] = (0.5, -0.5, 0.9)
+    view = cornell()
+    veil = placed(quad(1.0, (0, -0.9, 0), "-y"), Material.principled(alpha=0.5))
+    ball = Spheres(np.array([[0.5, -0.4, 0.5]]), np.array([0.2]), Material.glossy((0.9, 0.9, 0.9), 0.2))
+    lights = (PointLight((0, 0, 0.5), (5, 5, 5), 0.05), AreaLight(lamp, (5, 5, 5), (0.3, 0.3)))
+    return dataclasses.replace(
+        view, instances=(*view.instances, veil), spheres=(ball,), lights=lights, world=type(view.world)((0.2, 0.3, 0.4))
+    )
+
+
+def picture(description, **settings):
+    return film_of(description, size=64, **({"samples": 6, "depth": 5} | settings)).image()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_same_seed_same_bytes_whatever_the_schedule(method):
+    base = picture(rich(), method=method, threads=1, tile=256)
+    for schedule in ({"threads": 2, "tile": 32}, {"threads": 3, "tile": 17}, {"chunk": 1000}, {"chunk": 1 << 18}):
+        np.testing.assert_array_equal(base, picture(rich(), method=method, **schedule))
+
+
+def test_another_seed_gives_other_noise():
+    assert (picture(rich(), seed=1) != picture(rich(), seed=2)).mean() > 0.5
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("description", [cornell, rich])
+def test_forcing_all_features_changes_no_bit(method, description):
+    settings = Settings(method=method, width=48, height=48, samples=4, depth=4, threads=1)
+    own, forced = (
+        render(compile_scene(description(), settings, Diagnostics(), f), settings).image() for f in (None, Feature.all())
+    )
+    np.testing.assert_array_equal(own, forced)
+
+
+def test_a_bare_scene_survives_forced_features():
+    settings = Settings(width=8, height=8, samples=1, threads=1)
+    empty = scene(camera((0, 0, 1), (0, 0, 0)), placed(quad(), Material.diffuse()))
+    assert not render(compile_scene(empty, settings, Diagnostics(), Feature.all()), settings).image()[..., :3].any()
+
+
+def test_what_is_left_out_is_reported():
+    compiled = compile_scene(cornell(), Settings(), Diagnostics())
+    report = compiled.feature_report()
+    assert {"environment", "lamps", "transparency", "textures"} <= set(report["left_out"])
+    assert {"emissive_surfaces", "direct_light", "refraction"} <= set(report["in_use"])
+
+
+def test_ray_tracing_at_depth_one_is_ray_casting():
+    np.testing.assert_array_equal(picture(rich(), method="raycast"), picture(rich(), method="raytrace", depth=1))
+    assert (picture(rich(), method="raycast") != picture(rich(), method="raytrace", depth=2)).any()
+
+
+def test_phong_and_ray_casting_differ_in_shadows_alone():
+    light = PointLight((0, 0, 2), (100,) * 3)
+    blocker = placed(quad(0.5, (0.5, 0, 1)), Material.diffuse(0.8))
+    floor = placed(quad(8), Material.diffuse(0.8))
+    view = camera((0, 0, 0.9), (0, 0, 0), fov=1.0)
+    phong, cast = (
+        film_of(scene(view, floor, blocker, lights=[light]), 1, 64, method=m).image()[..., 0] for m in ("phong", "raycast")
+    )
+    shadow = cast != phong
+    assert not cast[shadow].any() and 0.05 < shadow.mean() < 0.5
+
+
+@pytest.mark.parametrize("reflectivity", [0.0, 0.5, 1.0])
+def test_reflectivity_override_scales_the_mirror_ray(reflectivity):
+    floor = placed(quad(8), Material.diffuse(0.8))
+    view = looking_down(floor, world=1.0)
+    value = radiance(view, 1, method="raytrace", depth=2, reflectivity=reflectivity)
+    assert value == pytest.approx(0.8 + reflectivity, rel=1e-5)  # the ambient term, and the world in the mirror
+
+
+def test_classic_methods_take_the_world_as_ambient_light():
+    for method in ("phong", "raycast", "raytrace"):
+        floor = placed(quad(8), Material.diffuse(0.8))
+        assert radiance(looking_down(floor, world=0.5), 1, method=method) == pytest.approx(0.4, rel=1e-5)
+        assert radiance(looking_down(floor, world=0.5), 1, method=method, ambient=0.25) == pytest.approx(0.2, rel=1e-5)
+
+
+@pytest.mark.parametrize("ior", [1.0, 1.5, 2.4])
+def test_whitted_glass_plate(ior):
+    """To enough depth the Fresnel split adds up to the plate's transmittance."""
+    plate = [placed(quad(10), Material.glass(ior=ior)), placed(quad(10, (0, 0, -0.5), "-z"), Material.glass(ior=ior))]
+    light = placed(quad(10, (0, 0, -2)), Material.emission())
+    r = ((ior - 1) / (ior + 1)) ** 2
+    value = radiance(looking_down(*plate, light), 1, method="raytrace", depth=12)
+    assert value == pytest.approx((1 - r) / (1 + r), rel=5e-3)
+
+
+def test_total_reflection_keeps_the_light():
+    """From inside glass, beyond the critical angle, the refracted ray's share goes to the mirror ray."""
+    view = camera((0, 0, -0.5), (1.0, 0, 0))
+    surface, lamp = placed(quad(20), Material.glass(ior=1.5)), placed(quad(20, (0, 0, -1)), Material.emission())
+    assert radiance(scene(view, surface, lamp), 1, method="raytrace", depth=2) == pytest.approx(1.0, rel=1e-4)
+
+
+def test_classic_first_sample_is_in_the_pixels_centre():
+    """Half of the pixels see the square's inside: a centre is in or out, nothing between."""
+    view = camera((0, 0, 2), (0, 0, 0), fov=0.5)
+    value = film_of(scene(view, placed(quad(1), Material.emission())), 1, 33, method="raycast").image()[..., 0]
+    assert set(np.unique(value)) == {0.0, 1.0} and value.mean() == pytest.approx((17 / 33) ** 2)
+
+
+def test_clamp_darkens_only_and_keeps_the_hue():
+    floor = placed(quad(8), Material.diffuse((0.8, 0.4, 0.2)))
+    view = looking_down(floor, lights=[PointLight((0, 0, 1), (1000,) * 3)])
+    free, clamped = (film_of(view, 1, 8, clamp_direct=c).image()[0, 0, :3] for c in (0.0, 3.0))
+    assert clamped.sum() == pytest.approx(3.0, rel=1e-4)
+    np.testing.assert_allclose(clamped / clamped[0], free / free[0], rtol=1e-4)
+
+
+def test_transparent_film_tells_where_the_world_was():
+    view = camera((0, 0, 2), (0, 0, 0), fov=0.5)
+    for method in METHODS:
+        things = scene(view, placed(quad(1), Material.emission()), world=5.0)
+        image = film_of(things, 16, 32, method=method, transparent_film=True).image()
+        assert image[..., 3].mean() == pytest.approx(0.25, abs=0.02)
+        np.testing.assert_allclose(image[..., 0], image[..., 3], atol=1e-6)
+
+
+def test_roulette_changes_the_noise_but_not_the_mean(monkeypatch):
+    from zraka.core.methods import pathtrace
+
+    room = scene(camera((0, 0, 0), (0, 1, 0), fov=1.0), placed(box(2, inward=True), Material.glowing(0.7, 1.0)))
+    means = {}
+    for depth in (1, 1000):
+        monkeypatch.setattr(pathtrace, "_ROULETTE_DEPTH", depth)
+        means[depth] = np.array([radiance(room, 16, seed=s, depth=12) for s in range(8)])
+    difference = means[1].mean() - means[1000].mean()
+    error = np.sqrt(means[1].var(ddof=1) / 8 + means[1000].var(ddof=1) / 8)
+    assert error < 0.02 and abs(difference) < 4 * error + 1e-4
+
+
+def test_depth_counts_hits():
+    """A lamp seen in a mirror takes a second hit's emission: depth 1 traces it, deeper changes nothing."""
+    mirror, lamp = placed(quad(4), Material.glossy((1, 1, 1))), placed(quad(9, (0, 0, 3), "-z"), Material.emission())
+    assert radiance(looking_down(mirror, lamp), 4, depth=1) == pytest.approx(1.0, rel=1e-5)
+
+
+# -- the render loop ---------------------------------------------------------------------------------------------------
+
+
+def test_passes_grow_and_add_up():
+    assert list(passes(1)) == [(0, 1)]
+    assert [count for _, count in passes(11)] == [1, 1, 2, 4, 3]
+    assert max(count for _, count in passes(1000)) == 64
+
+
+def test_every_pass_is_shown_and_cancel_keeps_it():
+    settings = Settings(width=64, height=64, samples=1 << 20, threads=2)
+    seen, cancel = [], threading.Event()
+
+    def on_pass(film, progress):
+        seen.append((film.samples, progress))
+        if film.samples >= 4:
+            cancel.set()
+
+    film = render(compile_scene(cornell(), settings, Diagnostics()), settings, on_pass, cancel.is_set)
+    assert seen[0][0] == 1 and film.stats["stopped"] == "cancelled"
+    assert np.isfinite(film.image()).all() and film.image()[..., 0].mean() > 0
+
+
+def test_time_limit_and_noise_target_stop_a_render():
+    assert film_of(cornell(), 1 << 20, time_limit=0.2).stats["stopped"] == "time"
+    film = film_of(cornell(), 1 << 20, noise_target=0.5)
+    assert film.stats["stopped"] == "noise" and film.error() <= 0.5
+
+
+def test_adaptive_sampling_leaves_converged_pixels():
+    steady = film_of(cornell(), 64, noise_target=0.05)
+    saving = film_of(cornell(), 64, noise_target=0.05, adaptive=True)
+    assert saving.stats["rays"]["camera"] < steady.stats["rays"]["camera"]
+
+
+def test_border_renders_the_same_pixels():
+    whole = film_of(cornell(), 4, 32).image()
+    part = film_of(cornell(), 4, 32, border=(8, 4, 24, 20)).image()
+    np.testing.assert_array_equal(part, whole[4:20, 8:24])
+
+
+def test_a_workers_failure_reaches_the_caller(monkeypatch):
+    from zraka.core.methods.pathtrace import PathTrace
+
+    def fail(self, chunk, worker):
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr(PathTrace, "trace", fail)
+    with pytest.raises(RuntimeError, match="broken"):
+        film_of(cornell(), 4)
+
+
+@pytest.mark.parametrize("bad", [{"method": "magic"}, {"samples": 0}, {"depth": 0}, {"width": 0}])
+def test_bad_settings_are_refused(bad):
+    with pytest.raises(ValueError, match=next(iter(bad))):
+        Settings(**bad)
