@@ -26,6 +26,7 @@ import numpy as np
 from ..core.diagnostics import SceneError
 from ..core.settings import METHODS
 from . import headless
+from .progress import error_text, summary
 
 
 def main(argv=None):
@@ -214,7 +215,7 @@ def _render(args, started):
         print(f"zraka: warning: {message}", file=sys.stderr)
     if args.json:
         args.json.write_text(json.dumps(_stats(bpy, job, compiled, film, times), indent=2) + "\n", encoding="utf-8")
-    print(_summary(job.settings, film, times))
+    print(summary(film, job.settings))
     return 130 if interrupted.is_set() else 0
 
 
@@ -253,7 +254,7 @@ def _progress_bar(settings):
     with tqdm(total=settings.samples, unit=" samples", desc=settings.method, disable=None) as bar:
 
         def on_pass(film, progress):
-            bar.set_postfix_str(f"error {film.error():.2%}", refresh=False)
+            bar.set_postfix_str(f"error {error_text(film)}", refresh=False)
             bar.update(film.samples - bar.n)
 
         yield on_pass
@@ -287,15 +288,6 @@ def _stats(bpy, job, compiled, film, times):
         "diagnostics": job.diagnostics.messages(),
         "estimated_error": error if math.isfinite(error) else None,
     }
-
-
-def _summary(settings, film, times):
-    """Say in one line what was done."""
-    rate = sum(film.stats["rays"].values()) / max(times.render, 1e-9) / 1e6
-    return (
-        f"{settings.method}: {film.samples} samples in {times.render:.2f} s, "
-        f"{rate:.2f} M rays/s, estimated error {film.error():.2%}"
-    )
 
 
 # -- blender --command zraka -------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ back to Blender: the engine may be deleted while they run.
 from __future__ import annotations
 
 import logging
-import math
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from ..core.diagnostics import Diagnostics, SceneError
 from ..core.scene import Scene
 from ..core.settings import Settings
 from . import passes, properties
+from .progress import progress_line
 
 log = logging.getLogger(__name__)
 
@@ -112,13 +112,6 @@ class Display:
     def _write(self, film):
         if self.layer is not None:
             passes.write_passes(film, self.layer, self._view_layer)
-
-
-def progress_line(film, settings):
-    """Say in one line how far a film is."""
-    error = film.error()
-    known = f", estimated error {error:.2%}" if math.isfinite(error) else ""
-    return f"Sample {film.samples}/{settings.samples}{known}"
 
 
 def render_job(job, engine, view_layer):

@@ -83,7 +83,7 @@ class Film:
         return error.reshape(self.height, self.width)
 
     def noisy(self, pixels, target):
-        """Which of `pixels` (P,) have an estimated error above `target` times the picture's mean luminance, (P,) bool."""
+        """Which of `pixels` (P,) have an error above `target` times the picture's mean luminance, (P,) bool."""
         error = self.pixel_error().reshape(-1)[pixels]
         return error > target * float(np.mean(luminance(self.mean())))
 

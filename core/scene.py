@@ -223,7 +223,7 @@ class SpotLight:
 
 @dataclass(frozen=True, eq=False)
 class SunLight:
-    """Parallel light that travels along `direction`; `irradiance` (3,) W/m2 on a facing plane; `angle` the disk's (rad)."""
+    """Light that travels along `direction`; `irradiance` (3,) W/m2 on a facing plane; `angle` of the disk (rad)."""
 
     direction: tuple[float, float, float]
     irradiance: tuple[float, float, float]

@@ -36,7 +36,9 @@ def main():
     for row, scene in enumerate(SCENES):
         for column, method in enumerate(METHODS):
             x, y = column * CELL, row * (CELL + LABEL)
-            picture = algo.fit(oiio.ImageBuf(str(rendered(scene, method))), roi=oiio.ROI(0, CELL - 4, 0, CELL - 4, 0, 1, 0, 3))
+            picture = algo.fit(
+                oiio.ImageBuf(str(rendered(scene, method))), roi=oiio.ROI(0, CELL - 4, 0, CELL - 4, 0, 1, 0, 3)
+            )
             size = picture.spec()
             algo.paste(sheet, x + (CELL - size.width) // 2, y + LABEL + (CELL - size.height) // 2, 0, 0, picture)
             algo.render_text(sheet, x + 4, y + LABEL - 5, f"{scene}, {method}", 13, textcolor=(0.2, 0.2, 0.2))

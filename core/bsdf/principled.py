@@ -3,7 +3,8 @@
 
 From the top: transparency by `alpha`; the mix of metal by `metallic`, glass by `transmission_weight`, and a dielectric
 surface over a diffuse base. What the surface reflects, the base does not get. GGX lobes get back the energy that single
-scattering loses where Blender's distribution is "Multiscatter GGX". Emission, coat, sheen and subsurface are the caller's.
+scattering loses where Blender's distribution is "Multiscatter GGX". Emission, coat, sheen and subsurface are the
+caller's.
 
 Source: the Principled node of Cycles 4 and 5, compared by rendering.
 """

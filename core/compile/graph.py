@@ -56,6 +56,7 @@ class Builder:
     diagnostics: object
     instructions: list = field(default_factory=list)
     _known: dict = field(default_factory=dict)
+    _shared: dict = field(default_factory=dict)
 
     @property
     def place(self):
@@ -89,7 +90,9 @@ class Builder:
         operation = OPERATIONS.get(node.op)
         if operation is None:
             label = node.properties.get("label", node.op)
-            self.diagnostics.warn(f"node '{label}' is not supported; the value of the socket it feeds is used", self.place)
+            self.diagnostics.warn(
+                f"node '{label}' is not supported; the value of the socket it feeds is used", self.place
+            )
             return None
         arguments = {name: self.value(node.inputs.get(name), default) for name, default in operation.inputs.items()}
         for name, value in arguments.items():
@@ -114,11 +117,8 @@ class Builder:
             outputs = operation.run(context, inputs, properties)
             return {name: Const(np.array(v, np.float32)) for name, v in outputs.items()}
         key = (op, tuple((n, _key(v)) for n, v in arguments.items()), _property_key(properties))
-        for index, known in enumerate(self.instructions):
-            if known.key == key and known.arguments == arguments:
-                break
-        else:
-            index = len(self.instructions)
+        index = self._shared.setdefault(key, len(self.instructions))
+        if index == len(self.instructions):
             self.instructions.append(Instruction(op, arguments, properties, key))
         return _Outputs(index)
 
@@ -255,4 +255,6 @@ def _key(value):
 
 
 def _property_key(properties):
-    return tuple(sorted((name, v if isinstance(v, str | int | float | bool) else id(v)) for name, v in properties.items()))
+    return tuple(
+        sorted((name, v if isinstance(v, str | int | float | bool) else id(v)) for name, v in properties.items())
+    )

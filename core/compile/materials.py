@@ -151,7 +151,7 @@ def _compile(material, diagnostics):
 
 
 def _closures(material, builder):
-    """Yield (closure, weight, inputs, properties) of every closure that reaches the surface with a weight other than 0."""
+    """Yield (closure, weight, inputs, properties) of every closure that reaches the surface with some weight."""
     if material.surface is None:
         return
     nodes = material.nodes
@@ -169,7 +169,10 @@ def _closures(material, builder):
         elif node.op == "mix_shader":
             fac = builder.value(node.inputs.get("fac"), 0.5)
             fac = builder.emit("clamp", a=fac)
-            shares = {"a": _times(builder, weight, builder.emit("complement", a=fac)), "b": _times(builder, weight, fac)}
+            shares = {
+                "a": _times(builder, weight, builder.emit("complement", a=fac)),
+                "b": _times(builder, weight, fac),
+            }
         else:
             yield _leaf(node, weight, builder)
             continue
@@ -226,7 +229,7 @@ def _is_one(value):
 
 
 def _scaled(color, weight, arena):
-    """color · weight; a weight of constant 1 costs nothing."""
+    """Color · weight; a weight of constant 1 costs nothing."""
     if weight.size == 1 and weight.reshape(-1)[0] == 1:
         return color
     return np.multiply(color, weight, out=arena.empty((3, max(color.shape[-1], weight.shape[-1]))))

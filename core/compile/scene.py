@@ -18,7 +18,6 @@ from .geometry import compile_geometry
 from .lights import compile_lights
 from .materials import compile_materials, uv_maps_of
 
-
 _MEAN_POINTS = 4096  # points at which a textured emitter's mean radiance is estimated
 
 

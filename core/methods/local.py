@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The local model of the classic methods, and Whitted's rays beyond it.
 
-At a hit: emitted light + ambient · diffuse + for each light E V (diffuse cosθ/π + specular (m + 2)/2π cosᵐα cosθ), with E
+At a hit: emitted light + ambient · diffuse + for each light E V (diffuse cosθ/π + specular (m + 2)/2π cosᵐα cosθ). E is
 the light's irradiance (core.lights.classic), V its visibility, α the angle to the mirror direction. The lobe is the
 energy-conserving form of Phong's: Lafortune and Willems, "Using the Modified Phong Reflectance Model for Physically
-Based Rendering", 1994. In the limit of depth, k_s · (mirror ray) + k_t · (refracted ray) is added: Whitted, "An Improved
+Based Rendering", 1994. Down to the depth, k_s · (mirror ray) + k_t · (refracted ray) is added: Whitted, "An Improved
 Illumination Model for Shaded Display", CACM 23(6), 1980.
 """
 
@@ -115,7 +115,9 @@ class LocalModel(Wavefront):
         parts = [self._group_parameters(n, slices(surface, a, b), arena) for n, a, b in groups]
         if len(parts) == 1:
             return self._overridden(parts[0], surface)
-        return self._overridden(PhongParameters(*(np.concatenate(c, axis=-1) for c in zip(*parts, strict=True))), surface)
+        return self._overridden(
+            PhongParameters(*(np.concatenate(c, axis=-1) for c in zip(*parts, strict=True))), surface
+        )
 
     def _group_parameters(self, number, surface, arena):
         scene = self.scene
@@ -146,7 +148,11 @@ class LocalModel(Wavefront):
         """Emission, ambient light and the local terms of every light, (3, N)."""
         arena = worker.scratch
         n = surface.prim.size
-        ambient = self.scene.lights.classic.ambient_radiance if self.settings.ambient is None else np.float32(self.settings.ambient)
+        ambient = (
+            self.scene.lights.classic.ambient_radiance
+            if self.settings.ambient is None
+            else np.float32(self.settings.ambient)
+        )
         light = phong.diffuse * np.broadcast_to(ambient, 3).astype(np.float32).reshape(3, 1)
         if Feature.EMISSIVE_SURFACES in self.features:
             light += self.scene.emitted(surface, arena)

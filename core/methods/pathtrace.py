@@ -158,7 +158,9 @@ class PathTrace(Wavefront):
         )
         for lanes, emitted, light_pdf in self.scene.lights.lamps.crossings(o, d, ends, arena, passed):
             where = lanes if part is None else part[lanes]
-            light = np.multiply(emitted, mis_weight(paths.pdf[where], light_pdf, arena), out=arena.empty((3, lanes.size)))
+            light = np.multiply(
+                emitted, mis_weight(paths.pdf[where], light_pdf, arena), out=arena.empty((3, lanes.size))
+            )
             self._arrive(paths, where, light, depth, radiance, arena)
 
     def _arrive(self, paths, lanes, light, depth, radiance, arena):
@@ -255,7 +257,9 @@ class PathTrace(Wavefront):
             lane=alive.astype(np.int32) if paths.lane is None else out.take(paths.lane, alive),
             keys=out.take(paths.keys, alive),
             slots=None if paths.slots is None else out.take(paths.slots, alive),
-            o=spawn(arena.take(surface.p, alive), arena.take(surface.offset, alive), arena.take(surface.ng, alive), d, out),
+            o=spawn(
+                arena.take(surface.p, alive), arena.take(surface.offset, alive), arena.take(surface.ng, alive), d, out
+            ),
             d=d,
             tmax=None,
             beta=out.take(np.broadcast_to(beta, (3, u.size)), alive),

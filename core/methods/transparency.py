@@ -24,7 +24,9 @@ def straight_weight(scene, surface, arena):
         if program.transparency is None:
             continue
         part = surface if lanes is None else type(surface)(*(None if a is None else a[..., lanes] for a in surface))
-        constants = scene.materials.constants(number, "transparency", material if lanes is None else material[lanes], arena)
+        constants = scene.materials.constants(
+            number, "transparency", material if lanes is None else material[lanes], arena
+        )
         value = program.transparency.run(Context(arena, part.prim.size, part, scene.geometry), constants)["T"]
         weight[:, slice(None) if lanes is None else lanes] = value
     return weight

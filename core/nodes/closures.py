@@ -195,10 +195,7 @@ CLOSURES = {
         Closure("emission", {"color": (1.0, 1.0, 1.0), "strength": 1.0}, emission=("color", "strength")),
         Closure(
             "principled",
-            principled.DEFAULTS
-            | {"emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0}
-            | _IGNORED
-            | _NORMAL,
+            principled.DEFAULTS | {"emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0} | _IGNORED | _NORMAL,
             _principled_lobes,
             _principled,
             emission=("emission_color", "emission_strength", "alpha"),

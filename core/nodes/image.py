@@ -64,7 +64,7 @@ def _read(image, diagnostics, place):
 
 def read_file(path):
     """Pixels (H, W, 4) float32 of an image file, row 0 at the bottom; None when it cannot be read."""
-    import OpenImageIO as oiio  # noqa: PLC0415 -- only scenes that read images pay for it
+    import OpenImageIO as oiio
 
     # Alpha stays as stored, apart from the colour: what is converted to linear is not yet multiplied by it.
     config = oiio.ImageSpec()

@@ -2,7 +2,8 @@
 """Path tracing agrees with Cycles on the sample scenes, 1,024 samples a pixel each."""
 
 import pytest
-from zraka.tests import cycles
+
+from . import cycles
 
 PARTS, SAMPLES = 4, 256  # independent pictures of each renderer
 

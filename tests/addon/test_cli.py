@@ -73,14 +73,16 @@ def test_bad_arguments(capsys, args, words):
     assert words in refused(capsys, *args)
 
 
-@pytest.mark.parametrize("content", [b"", b"BLEND", b"\x89PNG....", gzip.compress(b"no blend"), b"\x1f\x8bcut"])
+@pytest.mark.parametrize(
+    "content", [b"", b"BLEND", b"\x89PNG....", gzip.compress(b"no blend", mtime=0), b"\x1f\x8bcut"]
+)
 def test_not_a_blend(capsys, tmp_path, content):
     path = tmp_path / "fake.blend"
     path.write_bytes(content)
     assert str(path) in refused(capsys, "render", path)
 
 
-@pytest.mark.parametrize("content", [b"BLENDER-v405", b"BLENDER17-01v0500", gzip.compress(b"BLENDER-v279")])
+@pytest.mark.parametrize("content", [b"BLENDER-v405", b"BLENDER17-01v0500", gzip.compress(b"BLENDER-v279", mtime=0)])
 def test_blends_are_known_by_their_first_bytes(tmp_path, content):
     path = tmp_path / "true.blend"
     path.write_bytes(content)
@@ -170,6 +172,13 @@ def test_the_scene_decides_what_is_not_given(run_python, blender_scene, blend):
     assert (blend.parent / "out_0007.png").exists()
     numbers = json.loads(stats.read_text())
     assert (numbers["method"], numbers["samples"], numbers["size"]) == ("phong", 2, [32, 24])
+
+
+def test_one_sample_claims_no_error(run_python, blend):
+    stats = blend.with_suffix(".json")
+    done = render(run_python, blend, "--samples", 1, "--output", blend.with_suffix(".png"), "--json", stats)
+    assert done.stdout.endswith("estimated error unknown\n")
+    assert json.loads(stats.read_text())["estimated_error"] is None
 
 
 # Ctrl-C one second after the render began, and not before.

@@ -2,6 +2,7 @@
 """Small scenes with known answers, on the core's own description."""
 
 import numpy as np
+
 from zraka.core.compile import compile_scene
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.render import render
@@ -106,7 +107,7 @@ def radiance(description, samples=16, **settings):
 
 def looking_down(*instances, lights=(), world=0.0, at=(0, 0, 0), height=1.0, **more):
     """A scene seen from just above the point `at`, which fills the picture."""
-    eye = np.asarray(at, float) + (0, 0, height)
+    eye = np.add(at, (0, 0, height))
     return scene(camera(eye, at, fov=0.005), *instances, lights=lights, world=world, **more)
 
 

@@ -6,6 +6,7 @@ import threading
 
 import numpy as np
 import pytest
+
 from zraka.core.compile import compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.diagnostics import Diagnostics
@@ -49,7 +50,8 @@ def test_another_seed_gives_other_noise():
 def test_forcing_all_features_changes_no_bit(method, description):
     settings = Settings(method=method, width=48, height=48, samples=4, depth=4, threads=1)
     own, forced = (
-        render(compile_scene(description(), settings, Diagnostics(), f), settings).image() for f in (None, Feature.all())
+        render(compile_scene(description(), settings, Diagnostics(), f), settings).image()
+        for f in (None, Feature.all())
     )
     np.testing.assert_array_equal(own, forced)
 
@@ -78,7 +80,8 @@ def test_phong_and_ray_casting_differ_in_shadows_alone():
     floor = placed(quad(8), Material.diffuse(0.8))
     view = camera((0, 0, 0.9), (0, 0, 0), fov=1.0)
     phong, cast = (
-        film_of(scene(view, floor, blocker, lights=[light]), 1, 64, method=m).image()[..., 0] for m in ("phong", "raycast")
+        film_of(scene(view, floor, blocker, lights=[light]), 1, 64, method=m).image()[..., 0]
+        for m in ("phong", "raycast")
     )
     shadow = cast != phong
     assert not cast[shadow].any() and 0.05 < shadow.mean() < 0.5

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from zraka.core.arena import Arena
 from zraka.core.sampling.sampler import Draw, Sampler
 

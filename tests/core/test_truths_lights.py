@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from zraka.core.scene import AreaLight, Material, Mesh, PointLight, SpotLight, SunLight
 
 from .scenes import box, camera, looking_down, merged, placed, quad, radiance, scene
@@ -30,7 +31,9 @@ def test_point_light_off_axis():
     assert value == pytest.approx(0.253303, rel=5e-3)
 
 
-@pytest.mark.parametrize("radius, soft, expected", [(0.1, True, 2.006360), (0.5, True, 1.621139), (0.5, False, 2.026424)])
+@pytest.mark.parametrize(
+    "radius, soft, expected", [(0.1, True, 2.006360), (0.5, True, 1.621139), (0.5, False, 2.026424)]
+)
 def test_point_light_with_a_radius(radius, soft, expected):
     assert lit(point(radius=radius, soft_falloff=soft), samples=256) == pytest.approx(expected, rel=3e-3)
 
@@ -68,7 +71,7 @@ def test_area_light_is_dark_behind():
 
 def test_a_thousand_lights_as_one():
     rng = np.random.default_rng(0)
-    places = rng.normal(0, 1e-3, (1000, 3)) + (0, 0, 1)
+    places = rng.normal((0, 0, 1), 1e-3, (1000, 3))
     lights = [PointLight(tuple(p), (0.1,) * 3) for p in places]
     assert lit(*lights) == pytest.approx(2.0264, rel=2e-2)
 
@@ -86,9 +89,13 @@ def test_offset_from_the_origin(offset):
     move = np.array([offset, offset, offset])
     sun = SunLight((0, 0, -1), (3,) * 3)
     floor = placed(quad(4, move), Material.diffuse(0.8))
-    assert radiance(scene(camera(move + (0, 0, 1), move), floor, lights=[sun]), 4) == pytest.approx(0.763944, rel=1e-2)
+    assert radiance(scene(camera(np.add(move, (0, 0, 1)), move), floor, lights=[sun]), 4) == pytest.approx(
+        0.763944, rel=1e-2
+    )
     room = placed(box(2, move, inward=True), Material.glowing(0.5, 1.0))
-    assert radiance(scene(camera(move, move + (0, 1, 0), fov=1), room), 64, depth=65) == pytest.approx(2.0, rel=2e-2)
+    assert radiance(scene(camera(move, np.add(move, (0, 1, 0)), fov=1), room), 64, depth=65) == pytest.approx(
+        2.0, rel=2e-2
+    )
 
 
 def test_degenerate_geometry_changes_nothing():

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from zraka.core.scene import Instance, Link, Material, Mesh, Node, Spheres
 
 from .scenes import box, camera, disk, looking_down, placed, quad, radiance, scene, sphere
@@ -44,7 +45,9 @@ def test_ideal_metal_at_normal_incidence():
     assert radiance(looking_down(placed(quad(4), metal), world=1.0)) == pytest.approx(0.9, rel=2e-3)
 
 
-@pytest.mark.parametrize("roughness, mu, albedo", [(0.25, 1, 0.995703), (0.5, 1, 0.915813), (1, 1, 0.306853), (1, 0.5, 0.450694)])
+@pytest.mark.parametrize(
+    "roughness, mu, albedo", [(0.25, 1, 0.995703), (0.5, 1, 0.915813), (1, 1, 0.306853), (1, 0.5, 0.450694)]
+)
 def test_single_scattering_ggx_albedo(roughness, mu, albedo):
     eye = 5 * np.array([0, -np.sqrt(1 - mu * mu), mu])
     view = camera(eye, (0, 0, 0), fov=0.005)
@@ -88,7 +91,9 @@ def test_glass_plate_transmits(n, transmitted):
     assert value == pytest.approx(transmitted, rel=4e-3)
 
 
-@pytest.mark.parametrize("albedo, bounces, tolerance", [(0.5, 0, 0.01), (0.5, 1, 0.01), (0.5, 64, 0.01), (0.9, 128, 0.01)])
+@pytest.mark.parametrize(
+    "albedo, bounces, tolerance", [(0.5, 0, 0.01), (0.5, 1, 0.01), (0.5, 64, 0.01), (0.9, 128, 0.01)]
+)
 def test_closed_emitting_room(albedo, bounces, tolerance):
     room = placed(box(2, inward=True), Material.glowing(albedo, 1.0))
     value = radiance(scene(camera((0, 0, 0), (0, 1, 0), fov=1.0), room), 64, depth=bounces + 1)
