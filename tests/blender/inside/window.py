@@ -122,11 +122,16 @@ def choose_engine(window, properties):
     yield 1.0
     region = next(region for region in properties.regions if region.type == "WINDOW")
     scale = bpy.context.preferences.system.ui_scale
-    click(window, region.x + 0.65 * region.width, region.y + region.height - 57 * scale)
-    yield 1.5
-    shot("engines")
-    press("z")
-    yield 1.0
+    for patience in (1.5, 3.0, 6.0):  # nothing tells when a menu stands open
+        click(window, region.x + 0.65 * region.width, region.y + region.height - 57 * scale)
+        yield patience
+        shot("engines")
+        press("z")
+        yield patience
+        if window.scene.render.engine == "ZRAKA":
+            return
+        press("Escape")
+        yield patience
 
 
 def look_at_panels(context, properties):
@@ -139,8 +144,13 @@ def look_at_panels(context, properties):
         context.scene.zraka.method = method
         context.view_layer.objects.active = thing
         for tab in TABS if thing is mesh else ("RENDER", "OBJECT"):
+            already = len(log["drawn"])
             properties.spaces.active.context = tab
             yield 0.6
+            if (tab, thing) in {("RENDER", mesh), ("RENDER", empty), ("OBJECT", empty)}:
+                yield lambda already=already: len(log["drawn"]) > already
+            elif tab == "MATERIAL":
+                yield lambda: log["previews"]
             shot(f"tab-{tab.lower()}-{thing.type.lower()}")
     context.scene.zraka.method = "PATHTRACE"
     bpy.data.objects.remove(empty)
