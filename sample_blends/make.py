@@ -96,9 +96,9 @@ THESIS_TEXT = """
 Scene of Davor Najev, "Postupak praćenja zrake i praćenja puta" (FER, Zagreb, 2024): {which}.
 
 Y-up coordinates (x, y, z) became (x, -z, y). {ceiling}
-Reflectivity 0.2 is a white glossy share of 0.2 over Lambert reflection. The thesis' path roughness 0.1 is the width of
-the lobe (GGX alpha), of which Blender's roughness is the square root. The classic methods take reflectivity, Phong
-exponent and ambient light from the scene's overrides.
+Reflectivity 0.2 is a white glossy share of 0.2 over Lambert reflection, as rough as Phong's exponent 32 is wide:
+alpha^2 = 2 / (32 + 2), and Blender's roughness is the root of alpha. The thesis' path tracing is sharper (its roughness
+is 0.1). The classic methods take reflectivity, exponent and ambient light from the scene's overrides.
 The thesis' light falls off linearly, to nothing at distance 20; Blender's with the square of the distance, and Lambert
 reflection divides by pi. Its power, {power:g} W, was chosen so that the pictures look alike: at a distance of 3.5 both
 are equally bright (4 pi^2 3.5^2 0.5 (1 - 3.5/20) = 200 W); what is nearer is brighter here, what is farther darker.
@@ -116,7 +116,7 @@ def _thesis_scene(which, count, ceiling="", thickness=0.0):
     new_file(500, 500, samples=64, depth=5, about=about, reflectivity=0.2, exponent=32.0, ambient=0.2)
     for name, (color, (x, y, z), angle, (sx, sy, sz)) in list(THESIS_OBJECTS.items())[:count]:
         sy = sy or thickness
-        data = mesh(name, CUBE_VERTICES, CUBE_FACES, [coated(name, color, 0.2, math.sqrt(0.1))])
+        data = mesh(name, CUBE_VERTICES, CUBE_FACES, [coated(name, color, 0.2, (2 / 34) ** 0.25)])
         link(name, data, (x, -z, y), (0, 0, angle), (sx, sz, sy))
     light("Light", "POINT", THESIS_POWER, (0, 0.5, 3.1), color=(0.5, 1.0, 1.0), shadow_soft_size=0.0)
     world((0.3, 0.4, 1.0))
