@@ -86,7 +86,7 @@ def _parser():
     add("--camera", metavar="NAME", help="camera object")
     add("--threads", type=_whole(0, 1024), metavar="N", help="workers; 0 is one for each processor")
     add("--seed", type=_whole(0, 2**31 - 1), metavar="N", help="number that chooses the noise")
-    add("--time-limit", type=_seconds, metavar="S", help="seconds after which no further pass starts; 0 is none")
+    add("--time-limit", type=_seconds, metavar="S", help="seconds after which rendering stops; 0 is none")
     add(
         "--output",
         type=Path,

@@ -61,7 +61,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
     )
     time_limit: FloatProperty(
         name="Time Limit",
-        description="Seconds after which no further pass starts, whatever noise is left; 0 is no limit",
+        description="Seconds after which rendering stops, whatever noise is left; 0 is no limit",
         default=0.0,
         min=0.0,
         soft_max=3600.0,

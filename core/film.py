@@ -6,6 +6,8 @@ Sums are float64: a million samples of one value keep their mean.
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numpy as np
 
 from .sampling.color import luminance
@@ -27,6 +29,7 @@ class Film:
         self.has_alpha = alpha
         self.samples = 0
         # Two half pictures, whose difference tells the error of their mean.
+        self._lock = Lock()
         self._sums = np.zeros((2, 4 if alpha else 3, height * width))
         self._counts = np.zeros((2, height * width), np.int32)
         self.nonfinite = 0
@@ -54,19 +57,23 @@ class Film:
             radiance[:, bad] = 0
         for half in (0, 1):
             numbers = [k for k, sample in enumerate(samples) if sample.bit_count() & 1 == half]
-            if not numbers:
-                continue
-            for channel, rows in zip(self._sums[half], radiance, strict=True):
-                total = channel[pixels]
-                for k in numbers:  # one after the other, so that the chunk's size changes no bit
-                    total += rows[k * pixels.size : (k + 1) * pixels.size]
-                channel[pixels] = total
-            self._counts[half][pixels] += len(numbers)
+            if numbers:
+                with self._lock:
+                    self._add_half(half, pixels, radiance, numbers)
         return bad.size
 
+    def _add_half(self, half, pixels, radiance, numbers):
+        for channel, rows in zip(self._sums[half], radiance, strict=True):
+            total = channel[pixels]
+            for k in numbers:  # one after the other, so that the chunk's size changes no bit
+                total += rows[k * pixels.size : (k + 1) * pixels.size]
+            channel[pixels] = total
+        self._counts[half][pixels] += len(numbers)
+
     def mean(self):
-        """Mean radiance (C, H·W) float64, 0 where no sample fell."""
-        return self._sums.sum(axis=0) / np.maximum(self._counts.sum(axis=0), 1)
+        """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
+        with self._lock:
+            return self._sums.sum(axis=0) / np.maximum(self._counts.sum(axis=0), 1)
 
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
@@ -77,15 +84,22 @@ class Film:
 
     def pixel_error(self):
         """Estimated standard error (H, W) of each pixel's luminance; infinite where a half has no sample."""
-        a, b = (luminance(s) / np.maximum(n, 1) for s, n in zip(self._sums, self._counts, strict=True))
+        with self._lock:
+            a, b = (luminance(s) / np.maximum(n, 1) for s, n in zip(self._sums, self._counts, strict=True))
+            unknown = np.min(self._counts, axis=0) == 0
         error = np.abs(a - b) / 2
-        error[np.min(self._counts, axis=0) == 0] = np.inf
+        error[unknown] = np.inf
         return error.reshape(self.height, self.width)
 
-    def noisy(self, pixels, target):
-        """Which of `pixels` (P,) have an error above `target` times the picture's mean luminance, (P,) bool."""
-        error = self.pixel_error().reshape(-1)[pixels]
-        return error > target * float(np.mean(luminance(self.mean())))
+    def noisy(self, target):
+        """Which pixels, or neighbours of theirs, have an error above `target` of the mean luminance, (H·W,) bool.
+
+        One pixel's own estimate is too uncertain to stop it; the largest of its neighbourhood is not.
+        """
+        noisy = self.pixel_error() > target * float(np.mean(luminance(self.mean())))
+        wide = np.pad(noisy, 1)
+        around = [wide[i : i + self.height, j : j + self.width] for i in range(3) for j in range(3)]
+        return np.logical_or.reduce(around).reshape(-1)
 
     def error(self):
         """Estimated relative RMSE: root mean square of the pixels' errors over the picture's mean luminance.

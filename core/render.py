@@ -12,6 +12,7 @@ import os
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from queue import SimpleQueue
+from threading import Event
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from .methods import METHODS
 from .methods.wavefront import Chunk, Worker
 
 _POLL = 0.05  # seconds between two looks at `cancelled`
+_SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
+_LEAST_SAMPLES = 16  # of every pixel before adaptive sampling leaves any out
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 
 
@@ -31,7 +34,7 @@ def render(compiled, settings, on_pass=None, cancelled=None):
     compiled : CompiledScene
     settings : Settings
     on_pass : callable, optional
-        ``on_pass(film, progress)`` after every pass, on the calling thread; progress is in [0, 1].
+        ``on_pass(film, progress)`` on the calling thread after every pass, and during long ones; progress is in [0, 1].
     cancelled : callable, optional
         Polled on the calling thread; True stops the render and keeps what is there.
 
@@ -51,70 +54,85 @@ class _Render:
         x0, y0, x1, y1 = settings.region
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film)
         self._tiles = _tiles(settings.region, settings.width, settings.tile)
-        self._workers = [Worker() for _ in range(settings.threads or os.cpu_count() or 1)]
+        self._stop = Event()
+        self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
         self._idle = SimpleQueue()
         for worker in self._workers:
             self._idle.put(worker)
-        self._stop = False
-        self._start = time.perf_counter()
+        self._shown = self._start = time.perf_counter()
 
     def run(self, on_pass, cancelled):
         film, settings = self._film, self._settings
-        stopped = "samples"
+        stopped = None
         with ThreadPoolExecutor(len(self._workers)) as pool:
             try:
                 for first, count in passes(settings.samples):
-                    if not self._pass(pool, first, count, cancelled):
-                        stopped = "cancelled"
+                    stopped = self._pass(pool, first, count, on_pass, cancelled)
+                    if stopped:
                         break
                     film.samples = first + count
-                    self._write_stats()
-                    on_pass(film, self._progress())
+                    self._show(on_pass, film.samples)
                     stopped = self._reached()
                     if stopped:
                         break
-                stopped = stopped or "samples"
             finally:
-                self._stop = True
+                self._stop.set()
         self._write_stats()
-        film.stats["stopped"] = stopped
+        film.stats["stopped"] = stopped or "samples"
         return film
 
-    def _pass(self, pool, first, count, cancelled):
-        """Add samples to all tiles; False when cancelled."""
-        waiting = {pool.submit(self._tile, *tile, first, count) for tile in self._tiles}
+    def _pass(self, pool, first, count, on_pass, cancelled):
+        """Add samples to all tiles; says why it stopped early, or None."""
+        waiting = {pool.submit(self._tile, *tile, first, count) for tile in self._noisy_tiles(first)}
+        total = len(waiting)
         try:
             while waiting:
                 done, waiting = wait(waiting, timeout=_POLL, return_when=FIRST_COMPLETED)
                 for future in done:
                     future.result()
                 if waiting and cancelled():
-                    return False
+                    return "cancelled"
+                if waiting and first and self._out_of_time():
+                    return "time"
+                if first and time.perf_counter() - self._shown > _SHOW_EVERY:
+                    self._show(on_pass, first + count * (1 - len(waiting) / total))
         finally:
             if waiting:
-                self._stop = True
+                self._stop.set()
                 for future in waiting:
                     future.cancel()
                 wait(waiting)
-        return not self._stop
+        return None
+
+    def _noisy_tiles(self, first):
+        """The tiles, less the pixels that need no further samples."""
+        settings = self._settings
+        if not (settings.adaptive and settings.noise_target > 0 and first >= _LEAST_SAMPLES):
+            return self._tiles
+        noisy = self._film.noisy(settings.noise_target)
+        kept = [(pixels[noisy[places]], places[noisy[places]]) for pixels, places in self._tiles]
+        return [tile for tile in kept if tile[0].size]
+
+    def _show(self, on_pass, samples):
+        self._write_stats()
+        done = samples / self._settings.samples
+        if self._settings.time_limit:
+            done = max(done, (time.perf_counter() - self._start) / self._settings.time_limit)
+        on_pass(self._film, min(done, 1.0))
+        self._shown = time.perf_counter()
 
     def _tile(self, pixels, places, first, count):
         """Trace a tile's samples, chunk by chunk, into the film."""
         settings = self._settings
-        if settings.adaptive and settings.noise_target > 0:
-            noisy = self._film.noisy(places, settings.noise_target)
-            pixels, places = pixels[noisy], places[noisy]
-            if pixels.size == 0:
-                return
         at_once = max(1, settings.chunk // pixels.size)
         worker = self._idle.get()
         try:
             for start in range(first, first + count, at_once):
-                if self._stop:
-                    return
                 samples = tuple(range(start, min(start + at_once, first + count)))
                 for part in np.array_split(np.arange(pixels.size), -(-pixels.size // settings.chunk)):
                     radiance = self._method.trace(Chunk(pixels[part], samples), worker)
+                    if radiance is None:
+                        return
                     worker.nonfinite += self._film.add(places[part], radiance, samples)
         finally:
             self._idle.put(worker)
@@ -122,17 +140,15 @@ class _Render:
     def _reached(self):
         """Which stopping rule is met, or None."""
         settings, film = self._settings, self._film
-        if settings.time_limit and time.perf_counter() - self._start >= settings.time_limit:
+        if self._out_of_time():
             return "time"
         if settings.noise_target and film.error() <= settings.noise_target:
             return "noise"
         return None
 
-    def _progress(self):
-        done = self._film.samples / self._settings.samples
-        if self._settings.time_limit:
-            done = max(done, (time.perf_counter() - self._start) / self._settings.time_limit)
-        return min(done, 1.0)
+    def _out_of_time(self):
+        limit = self._settings.time_limit
+        return bool(limit) and time.perf_counter() - self._start >= limit
 
     def _write_stats(self):
         workers = self._workers

@@ -30,7 +30,7 @@ class Settings:
     tile, chunk : int
         Side of a tile in pixels; lanes that are traced together.
     time_limit : float
-        Seconds after which no further pass starts; 0 is no limit.
+        Seconds after which rendering stops, once every pixel has a sample; 0 is no limit.
     noise_target : float
         Relative error at which rendering stops; 0 is off.
     adaptive : bool

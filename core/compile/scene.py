@@ -78,7 +78,12 @@ class CompiledScene:
         self.clear_prim = self._by_primitive(
             [not programs[n].closures and emission_of[m] is None for m, n in enumerate(self.materials.program_of)]
         )
-        self._program_of_prim = self._by_primitive(self.materials.program_of, miss=len(programs), dtype=np.int16)
+        # Black surfaces and misses are numbered beyond the last program.
+        scatters = np.array([bool(p.closures or p.transparency) for p in programs] or [False])
+        self._shaded_prim = self._by_primitive(scatters[self.materials.program_of])
+        self._only_program = int(np.flatnonzero(scatters)[0]) if scatters.sum() == 1 else None
+        numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
+        self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
         self.features = self.needed if force_features is None else force_features
         self.accel = Accel(self.geometry)
@@ -90,7 +95,7 @@ class CompiledScene:
         return {"in_use": names(self.features), "left_out": names(~self.features)}
 
     def grouped(self, prim, arena):
-        """Lanes that hit something, ordered by material program.
+        """Lanes that hit something that is not black, ordered by material program.
 
         Returns
         -------
@@ -99,16 +104,14 @@ class CompiledScene:
         groups : list of (program, start, stop)
             Where each program's lanes stand in `order`.
         """
-        if len(self.materials.programs) == 1:
-            order = np.flatnonzero(prim >= 0)
-            return order, [(0, 0, order.size)]
+        if self._only_program is not None:
+            order = np.flatnonzero(np.take(self._shaded_prim, prim, mode="wrap"))
+            return order, [(self._only_program, 0, order.size)]
         program = np.take(self._program_of_prim, prim, mode="wrap")
-        order = np.argsort(program, kind="stable")
-        ends = np.cumsum(np.bincount(program, minlength=len(self.materials.programs) + 1))
+        order = np.argsort(program, kind="stable")  # a radix sort for numbers this short
+        ends = np.cumsum(np.bincount(program, minlength=len(self.materials.programs) + 1))[:-1]
         starts = np.concatenate(([0], ends[:-1]))
         groups = [(n, int(a), int(b)) for n, (a, b) in enumerate(zip(starts, ends, strict=True)) if b > a]
-        if groups and groups[-1][0] == len(self.materials.programs):
-            groups.pop()
         return order[: groups[-1][2] if groups else 0], groups
 
     def interact(self, hits, o, d, arena):

@@ -45,7 +45,7 @@ class LocalModel(Wavefront):
         return 1
 
     def trace(self, chunk, worker):
-        """Radiance of a chunk, (channels, lanes)."""
+        """Radiance of a chunk, (channels, lanes); None when stopped."""
         worker.restart()
         radiance = worker.output.zeros((self.channels, chunk.lanes))
         if self.channels == 4:
@@ -53,6 +53,8 @@ class LocalModel(Wavefront):
         _, _, o, d, tmax = self.camera_lanes(chunk, worker, worker.states[0])
         rays = Rays(o, d, tmax, None, None)
         for level in range(self.levels):
+            if worker.stop.is_set():
+                return None
             with worker.scratch.frame():
                 rays = self._level(rays, level, radiance, worker)
             if rays is None:
@@ -71,6 +73,8 @@ class LocalModel(Wavefront):
         if level:
             worker.rays["secondary"] += rays.o.shape[1]
         self._add_environment(rays, hits, level, radiance, arena)
+        if Feature.EMISSIVE_SURFACES in self.features:
+            self._add_emission(rays, hits, radiance, arena)
         order, groups = self.scene.grouped(hits.prim, arena)
         if order.size == 0:
             return None
@@ -95,6 +99,12 @@ class LocalModel(Wavefront):
         elif Feature.ENVIRONMENT in self.features:
             light = np.broadcast_to(self.scene.lights.environment.eval(None, arena), (3, missed.size))
             self._add(radiance, Rays(*(None if a is None else a[..., missed] for a in rays)), light, missed)
+
+    def _add_emission(self, rays, hits, radiance, arena):
+        met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
+        if met.size:
+            light = self.scene.emission_at(*(arena.take(a, met) for a in (hits.prim, hits.u, hits.v)), arena)
+            self._add(radiance, Rays(*(None if a is None else a[..., met] for a in rays)), light, met)
 
     def _add(self, radiance, rays, light, lanes=None):
         """Add weighted light; several rays of a level may belong to one lane."""
@@ -145,7 +155,7 @@ class LocalModel(Wavefront):
         return phong
 
     def _illuminated(self, surface, phong, worker):
-        """Emission, ambient light and the local terms of every light, (3, N)."""
+        """Ambient light and the local terms of every light, (3, N)."""
         arena = worker.scratch
         n = surface.prim.size
         ambient = (
@@ -154,8 +164,6 @@ class LocalModel(Wavefront):
             else np.float32(self.settings.ambient)
         )
         light = phong.diffuse * np.broadcast_to(ambient, 3).astype(np.float32).reshape(3, 1)
-        if Feature.EMISSIVE_SURFACES in self.features:
-            light += self.scene.emitted(surface, arena)
         mirror = reflect(surface.wo, surface.ns, arena)
         lights = self.scene.lights.classic
         for k in range(lights.count):

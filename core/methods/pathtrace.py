@@ -67,13 +67,15 @@ class PathTrace(Wavefront):
         self._add = self._add_clamped if Feature.CLAMP in features else self._add_plain
 
     def trace(self, chunk, worker):
-        """Radiance of a chunk, (channels, lanes)."""
+        """Radiance of a chunk, (channels, lanes); None when stopped."""
         worker.restart()
         radiance = worker.output.zeros((self.channels, chunk.lanes))
         if self._sees_film:
             radiance[3].fill(1)
         paths = self._start(chunk, worker)
         for depth in range(self.settings.depth + 1):
+            if worker.stop.is_set():
+                return None
             with worker.scratch.frame():
                 paths = self._bounce(paths, depth, chunk.samples, radiance, worker)
             if paths is None or paths.keys.size == 0:

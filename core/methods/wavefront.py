@@ -7,6 +7,7 @@ A chunk is a set of lanes (pixel samples) that one worker carries from the camer
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from threading import Event
 
 import numpy as np
 
@@ -38,6 +39,7 @@ class Worker:
     clock: Clock = field(default_factory=Clock)
     rays: dict = field(default_factory=lambda: {"camera": 0, "shadow": 0, "secondary": 0})
     nonfinite: int = 0
+    stop: Event = field(default_factory=Event)
 
     @property
     def nbytes(self):
@@ -83,7 +85,7 @@ class Wavefront:
         self.visibility = self._through_surfaces if Feature.TRANSPARENCY in compiled.features else self._unblocked
 
     def trace(self, chunk, worker):
-        """Radiance of a chunk, (channels, lanes) float32 in `worker.output`."""
+        """Radiance of a chunk, (channels, lanes) float32 in `worker.output`; None when `worker.stop` was set."""
         raise NotImplementedError
 
     def camera_lanes(self, chunk, worker, arena):

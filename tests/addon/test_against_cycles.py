@@ -1,46 +1,55 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Path tracing agrees with Cycles on the sample scenes, 1,024 samples a pixel each."""
+"""Path tracing beside Cycles on the sample scenes, and that the comparison can fail.
 
+Small pictures keep it short; ``python tests/reference.py sample_blends/*.blend --samples 1024`` compares whole ones.
+"""
+
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from . import cycles
+from ..reference import agreement, block_means, open_blend, pictures, power
 
-PARTS, SAMPLES = 4, 256  # independent pictures of each renderer
-
-
-def compared(name, prepare=None):
-    scene = cycles.open_sample(name)
-    if prepare:
-        prepare(scene)
-    scale = 128 / max(scene.render.resolution_x, scene.render.resolution_y)
-    size = tuple(int(n * scale) // 8 * 8 for n in (scene.render.resolution_x, scene.render.resolution_y))
-    depth = scene.zraka.depth
-    ours = [cycles.by_zraka(size, SAMPLES, depth, seed) for seed in range(PARTS)]
-    return ours, size, depth
+BLENDS = Path(__file__).resolve().parents[2] / "sample_blends"
+RUNS = 4
 
 
-def thicken_ceiling(scene):
-    """The ceiling is a cube of height zero: two faces in one place. In Cycles each shadows the other, so neither is
-    ever lit; Zraka's shadow rays start clear of both. With a height the renderers have the same scene.
+def noisy(mean, noise, seed, shape=(64, 64, 3)):
+    """Independent renders of a flat picture."""
+    return mean + noise * np.random.default_rng(seed).standard_normal((RUNS, *shape))
+
+
+def test_standard_errors_of_blocks_are_right():
+    mean, error = block_means(noisy(1.0, 0.4, 0))
+    assert mean.shape == error.shape == (8, 8, 3)
+    assert error.mean() == pytest.approx(0.4 / 8 / np.sqrt(RUNS), rel=0.1)
+    assert (mean - 1.0).std() == pytest.approx(error.mean(), rel=0.2)
+
+
+def test_equal_pictures_agree_and_shifted_ones_do_not():
+    theirs = noisy(1.0, 0.05, 1)
+    assert agreement(noisy(1.0, 0.05, 2), theirs) == 1.0
+    assert agreement(noisy(1.05, 0.05, 2), theirs) < 0.1
+    assert power(noisy(1.0, 0.05, 2), theirs) > 0.9
+
+
+def test_one_wrong_channel_is_seen():
+    ours = noisy(1.0, 0.05, 2)
+    ours[..., 2] *= 0.95
+    assert agreement(ours, noisy(1.0, 0.05, 1)) < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name, telling", [("cornell", 0.4), ("whitted", 0.5), ("interior", 0.3), ("room_closed", 0.0)])
+def test_sample_scene_agrees_with_cycles(name, telling):
+    """99% of the blocks within 2% of Cycles beyond the noise of both; `telling` of them would show a shift of 5%.
+
+    Nothing is telling in `room_closed`: its lamp hangs a tenth of a unit below the ceiling, and the hot spot above it
+    is found by few paths.
     """
-    scene.objects["Ceiling"].scale.z = 0.01
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name, prepare", [("cornell", None), ("whitted", None), ("room_closed", thicken_ceiling), ("interior", None)]
-)
-def test_block_means_agree(name, prepare, tmp_path):
-    ours, size, depth = compared(name, prepare)
-    theirs = [cycles.by_cycles(size, SAMPLES, depth, seed, tmp_path / "cycles.exr") for seed in range(PARTS)]
-    share, noise = cycles.agreement(ours, theirs)
-    print(f"{name}: {share:.2%} of blocks within 2%, median noise {noise:.2%}")
-    assert share >= 0.99
-
-
-@pytest.mark.slow
-def test_a_bias_is_noticed():
-    """The check fails for light that is 5% too strong."""
-    ours, _, _ = compared("cornell")
-    share, _ = cycles.agreement([1.05 * p for p in ours[:2]], ours[2:])
-    assert share < 0.9
+    scene = open_blend(BLENDS / f"{name}.blend", percentage=20)
+    ours, theirs = (pictures(scene, engine, samples=256, runs=RUNS) for engine in ("ZRAKA", "CYCLES"))
+    assert agreement(ours, theirs) >= 0.99
+    assert power(ours, theirs) >= telling
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=0.02 if telling else 0.1)

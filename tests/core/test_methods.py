@@ -195,6 +195,8 @@ def test_adaptive_sampling_leaves_converged_pixels():
     steady = film_of(cornell(), 64, noise_target=0.05)
     saving = film_of(cornell(), 64, noise_target=0.05, adaptive=True)
     assert saving.stats["rays"]["camera"] < steady.stats["rays"]["camera"]
+    again = film_of(cornell(), 64, noise_target=0.05, adaptive=True, threads=1, tile=13)
+    np.testing.assert_array_equal(saving.image(), again.image())
 
 
 def test_border_renders_the_same_pixels():

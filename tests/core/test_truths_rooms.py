@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+
 from zraka.core.scene import Instance, Material
 
 from .scenes import box, camera, placed, radiance, scene, sphere

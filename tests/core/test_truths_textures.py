@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+
 from zraka.core.compile import compile_scene
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.render import render
