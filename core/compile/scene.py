@@ -52,6 +52,8 @@ class CompiledScene:
         The tables, by subject.
     emissive_prim, transparent_prim, clear_prim : (P + 1,) bool
         Which primitives emit, let rays pass straight, do nothing else; the last element stands for a miss (-1).
+    needs_rays : bool
+        Whether `interact` reads the rays' origins and distances; triangles do without.
     features : Feature
         What the scene needs, and what the methods therefore run.
     """
@@ -61,6 +63,7 @@ class CompiledScene:
         self.geometry = compile_geometry(scene, uv_maps_of(_materials_of(scene)), diagnostics)
         self.materials = compile_materials(self.geometry.materials, diagnostics)
         self._interact = make_interact(self.geometry)
+        self.needs_rays = self.geometry.count > self.geometry.triangle_count
         emission_of = self.materials.emission
         textured = [isinstance(e, str) for e in emission_of]
         self._textured_emission = any(textured)

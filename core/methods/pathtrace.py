@@ -64,6 +64,9 @@ class PathTrace(Wavefront):
             self._arrivals += (self._clear_film,)
         met_by_chance = Feature.ENVIRONMENT | Feature.EMISSIVE_SURFACES | Feature.LAMPS
         self._last_ray_matters = bool(features & met_by_chance)
+        # The third number chooses between lobes, or between reflection and refraction; the last row stands in for it.
+        chooses = any(len(p.mixture.lobes) > 1 or p.mixture.refracts for p in compiled.materials.programs)
+        self._bsdf_dimensions = (0, 1, 2) if chooses else (0, 1)
         self._add = self._add_clamped if Feature.CLAMP in features else self._add_plain
 
     def trace(self, chunk, worker):
@@ -180,23 +183,31 @@ class PathTrace(Wavefront):
         if order.size == 0:
             return None
         if order.size < hits.prim.size or len(groups) > 1:
+            if not self.scene.needs_rays:
+                hits, paths.o = hits._replace(t=None), None
+            paths.tmax = None
             hits, paths = gather(hits, order, arena), paths.at(order, arena)
             if paths.lane is None:
                 paths.lane = order.astype(np.int32)
         surface = self.scene.interact(hits, paths.o, paths.d, arena)
         last = depth == self.settings.depth - 1 and not self._last_ray_matters
-        numbers = self.scene.sampler.draw
-        choice = numbers(Draw.LIGHT.at(depth), 4, paths.keys, paths.slots, samples, arena)
-        light = None
+        light = sampled = roulette = None
         if self._has_lights:
-            light = self.scene.lights.sampler.sample(surface.p, choice[0], choice[1], choice[2], arena)
-        sampled = None if last else numbers(Draw.BSDF.at(depth), 3, paths.keys, paths.slots, samples, arena)
+            u = self._numbers(Draw.LIGHT, (0, 1, 2), paths, depth, samples, arena)
+            light = self.scene.lights.sampler.sample(surface.p, u[0], u[1], u[2], arena)
+        if not last:
+            sampled = self._numbers(Draw.BSDF, self._bsdf_dimensions, paths, depth, samples, arena)
+            if depth >= _ROULETTE_DEPTH:
+                roulette = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, arena)[0]
         direct, scattered = self._shade(surface, groups, light, sampled, arena)
         if direct is not None:
             self._add_direct(paths, surface, light, direct, depth, radiance, worker)
         if scattered is None:
             return None
-        return self._go_on(paths, surface, scattered, choice[3], depth, worker)
+        return self._go_on(paths, surface, scattered, roulette, depth, worker)
+
+    def _numbers(self, kind, dimensions, paths, depth, samples, arena):
+        return self.scene.sampler.draw(kind.at(depth), dimensions, paths.keys, paths.slots, samples, arena)
 
     def _shade(self, surface, groups, light, sampled, arena):
         """Evaluate every group's materials: (direct (3, N) or None, BSDFSample or None)."""
@@ -226,7 +237,7 @@ class PathTrace(Wavefront):
             np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
         if sampled is not None:
             u = sampled[:, start:stop]
-            scattered = mixture.sample(lobes, surface, u[0], u[1], u[2], arena)
+            scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena)
         return direct, scattered
 
     def _add_direct(self, paths, surface, light, direct, depth, radiance, worker):
@@ -248,7 +259,8 @@ class PathTrace(Wavefront):
         arena = worker.scratch
         beta = scattered.weight
         if paths.beta is not None:
-            beta = np.multiply(beta, paths.beta, out=arena.empty((3, u.size)))
+            beta = np.multiply(beta, paths.beta, out=arena.empty(paths.beta.shape))
+        beta = np.broadcast_to(beta, paths.d.shape)
         alive, survival = _roulette(beta, u, depth, arena)
         if alive.size == 0:
             return None
@@ -264,7 +276,7 @@ class PathTrace(Wavefront):
             ),
             d=d,
             tmax=None,
-            beta=out.take(np.broadcast_to(beta, (3, u.size)), alive),
+            beta=out.take(beta, alive),
             pdf=out.take(scattered.pdf, alive),
             passed=out.zeros(alive.size) if self._straight else None,
         )
@@ -290,9 +302,9 @@ class PathTrace(Wavefront):
 
 def _roulette(beta, u, depth, arena):
     """Lanes that survive, and each lane's chance to (None before roulette starts)."""
-    chance = arena.empty(u.size)
+    chance = arena.empty(beta.shape[1])
     with arena.frame():
-        t = arena.empty(u.size)
+        t = arena.empty(beta.shape[1])
         np.abs(beta[0], out=chance)
         for row in beta[1:]:
             np.abs(row, out=t)

@@ -81,7 +81,7 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         chance[np.take(scene.clear_prim, surface.prim)] = 1  # nothing else happens there, so nothing is left to chance
         slots = None if state.slots is None else state.slots[lane]
         group = Draw.STRAIGHT.at(depth) + _PASSAGE_GROUPS * (passage + 1)
-        u = scene.sampler.draw(group, 1, state.keys[lane], slots, samples, arena)[0]
+        u = scene.sampler.draw(group, (0,), state.keys[lane], slots, samples, arena)[0]
         passes = u < chance
         stays = np.flatnonzero(~passes)
         state.beta[:, lane[stays]] /= 1 - chance[stays]

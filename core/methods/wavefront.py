@@ -94,7 +94,7 @@ class Wavefront:
         pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
         slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
         keys = self.scene.sampler.keys(pixels, arena)
-        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), 2, keys, slots, chunk.samples, arena)
+        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), (0, 1), keys, slots, chunk.samples, arena)
         self.place_samples(jitter, chunk)
         o, d, tmax = self.scene.camera.rays(pixels, jitter, arena)
         worker.rays["camera"] += pixels.size

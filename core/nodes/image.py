@@ -71,6 +71,7 @@ def read_file(path):
     config.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(path, config)
     if source is None:
+        oiio.geterror()  # else OpenImageIO prints it when the program ends
         return None
     pixels = source.read_image(oiio.FLOAT)
     source.close()

@@ -56,13 +56,15 @@ class Sampler:
         np.bitwise_xor(out, np.uint32(hash_int(self.seed + 0x51ED27)), out=out)
         return _mix(out, arena)
 
-    def draw(self, group, count, keys, slots, samples, arena):
-        """The first `count` numbers of `group`.
+    def draw(self, group, dimensions, keys, slots, samples, arena):
+        """Numbers of `group`: those asked for, each the same whichever others are.
 
         Parameters
         ----------
         group : int
             From `Draw.at`.
+        dimensions : sequence of int
+            Which of the group's four.
         keys : (N,) uint32
             Of the lane's pixel.
         slots : (N,) uint8 or None
@@ -72,18 +74,18 @@ class Sampler:
 
         Returns
         -------
-        (count, N) float32 in [0, 1)
+        (len(dimensions), N) float32 in [0, 1)
         """
-        out = arena.empty((count, keys.size))
+        out = arena.empty((len(dimensions), keys.size))
         with arena.frame():
-            for dimension in range(count):
+            for row, dimension in zip(out, dimensions, strict=True):
                 if group < self._sobol_groups:
                     bits = self._owen(group, dimension, keys, slots, samples, arena)
                 else:
                     bits = self._independent(group, dimension, keys, slots, samples, arena)
                 np.right_shift(bits, np.uint32(8), out=bits)
-                np.copyto(out[dimension], bits.view(np.int32), casting="unsafe")
-                np.multiply(out[dimension], _TO_UNIT, out=out[dimension])
+                np.copyto(row, bits.view(np.int32), casting="unsafe")
+                np.multiply(row, _TO_UNIT, out=row)
         return out
 
     def _owen(self, group, dimension, keys, slots, samples, arena):

@@ -13,7 +13,7 @@ PIXELS = np.arange(4096, dtype=np.int32)
 def draw(group, count, sample, pixels=PIXELS, seed=0):
     arena = Arena()
     sampler = Sampler(seed)
-    return sampler.draw(group, count, sampler.keys(pixels, arena), None, (sample,), arena)
+    return sampler.draw(group, range(count), sampler.keys(pixels, arena), None, (sample,), arena)
 
 
 def test_points_lie_in_the_unit_interval():
@@ -60,7 +60,7 @@ def test_lanes_of_several_samples_get_the_numbers_of_each():
     slots = np.repeat(np.arange(3, dtype=np.uint8), PIXELS.size)
     keys = sampler.keys(np.tile(PIXELS, 3), arena)
     for group in (1, 60):
-        together = sampler.draw(group, 3, keys, slots, (4, 5, 6), arena)
+        together = sampler.draw(group, range(3), keys, slots, (4, 5, 6), arena)
         apart = np.concatenate([draw(group, 3, s, seed=3) for s in (4, 5, 6)], axis=1)
         np.testing.assert_array_equal(together, apart)
 
