@@ -4,6 +4,8 @@
 Nothing is imported before `register`, so that the command line answers a wrong argument without starting Blender.
 """
 
+import atexit
+
 _registered = []
 
 
@@ -11,8 +13,13 @@ def register():
     """Add the engine, its settings, its panels and its command to Blender; once is enough, twice does no harm."""
     if _registered:
         return
+    import bpy
+
     from . import cli, engine, preferences, properties, ui
 
+    if not bpy.app.binary_path:
+        # Blender as a module crashes at its end (4.2) over classes that are still registered.
+        atexit.register(unregister)
     for module in (properties, preferences, engine, ui, cli):
         module.register()
         _registered.append(module)

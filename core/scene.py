@@ -256,9 +256,25 @@ Light = PointLight | SpotLight | SunLight | AreaLight
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """Light from infinity: constant `radiance` (3,)."""
+    """Light from infinity: constant `radiance` (3,), or a graph over directions.
+
+    `surface` is the number of the graph's closure node; None, as of all constant worlds, lets `radiance` count.
+    """
 
     radiance: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    nodes: tuple[Node, ...] = ()
+    surface: int | None = None
+    name: str = "world"
+
+    @classmethod
+    def textured(cls, image, strength=1.0, projection="EQUIRECTANGULAR", interpolation="Linear", name="world"):
+        """World that shows an `Image` of all directions."""
+        properties = {"image": image, "projection": projection, "interpolation": interpolation}
+        nodes = (
+            Node("environment", {}, properties),
+            Node("background", {"color": Link(0, "color"), "strength": float(strength)}),
+        )
+        return cls(nodes=nodes, surface=1, name=name)
 
 
 # -- camera ------------------------------------------------------------------------------------------------------------

@@ -54,7 +54,9 @@ NODES = {
     "ShaderNodeAddShader": NodeType("add_shader", inputs=_SHADERS),
     # Textures and coordinates
     "ShaderNodeTexImage": NodeType("image", properties=_same("image", "interpolation", "projection", "extension")),
+    "ShaderNodeTexEnvironment": NodeType("environment", properties=_same("image", "interpolation", "projection")),
     "ShaderNodeTexChecker": NodeType("checker"),
+    "ShaderNodeMapping": NodeType("mapping", properties=_same("vector_type")),
     "ShaderNodeTexCoord": NodeType("tex_coord", expected={"object": None, "from_instancer": False}),
     "ShaderNodeUVMap": NodeType("uv_map", properties=_same("uv_map"), expected={"from_instancer": False}),
     # Constants

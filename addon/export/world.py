@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world: so far one constant colour."""
+"""The world: a constant colour, or a graph over directions."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from .graph import GraphReader
 from .light import constant_radiance
 from .versions import shader_tree
 
+_SHADERS = ("background", "emission", "mix_shader", "add_shader")
+
 
 def export_world(world, images, diagnostics):
     """The world as `core.scene.World`.
 
-    No world, or one whose output is unlinked, is black; one without nodes has its viewport colour. Nodes other than a
-    constant Background are diagnosed, and the values shown in the first Background node stand in for them.
+    No world, or one whose output is unlinked, is black; one without nodes has its viewport colour. Where a node is not
+    supported, the values shown in the first Background node stand in for the whole graph.
 
     Parameters
     ----------
@@ -26,22 +28,38 @@ def export_world(world, images, diagnostics):
         return description.World()
     tree = shader_tree(world)
     if tree is None:
-        return description.World(tuple(world.color))
+        return description.World(tuple(world.color), name=world.name)
     output = tree.get_output_node("CYCLES")
     if output is None:
-        return description.World()
+        return description.World(name=world.name)
     place = f"world '{world.name}'"
     if output.inputs["Volume"].is_linked:
         diagnostics.warn("volume is not rendered yet", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
     if surface is None:
-        return description.World()
+        return description.World(name=world.name)
     radiance = constant_radiance(reader.nodes[surface], "background")
-    if radiance is None:
-        radiance = _shown_background(tree)
-        diagnostics.warn("a world other than one constant colour is not supported yet; a plain colour is used", place)
-    return description.World(radiance)
+    if radiance is not None:
+        return description.World(radiance, name=world.name)
+    unsupported = _unsupported(reader.nodes, surface)
+    if unsupported:
+        diagnostics.warn(f"world node '{unsupported}' is not supported; a plain colour is used", place)
+        return description.World(_shown_background(tree), name=world.name)
+    return description.World(nodes=tuple(reader.nodes), surface=surface, name=world.name)
+
+
+def _unsupported(nodes, surface):
+    """Name of a node that a world cannot be rendered with, None where there is none."""
+    for number, node in enumerate(nodes):
+        is_shader = number == surface or any(
+            isinstance(link, description.Link) and link.output == "bsdf" and link.node == number
+            for user in nodes
+            for link in user.inputs.values()
+        )
+        if node.op == "unsupported" or (is_shader and node.op not in _SHADERS):
+            return node.properties.get("label", node.op)
+    return None
 
 
 def _shown_background(tree):

@@ -34,7 +34,7 @@ def features_of(geometry, materials, lights, camera, settings):
     """The features that a compiled scene and its settings need."""
     programs = materials.programs
     needed = {
-        Feature.ENVIRONMENT: bool(lights.environment.radiance.any()),
+        Feature.ENVIRONMENT: not lights.environment.is_black,
         Feature.DIRECT_LIGHT: lights.sampler.count > 0,
         Feature.EMISSIVE_SURFACES: any(e is not None for e in materials.emission),
         Feature.LAMPS: lights.lamps.count > 0,

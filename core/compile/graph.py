@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material's node graph to straight-line code over lanes.
+"""A node graph of a material or a world to straight-line code over lanes.
 
 Constants are folded and equal subexpressions shared. What is left constant stands in a table, one row a material, so
 that graphs of equal structure share one program.
@@ -48,12 +48,15 @@ class Builder:
 
     Parameters
     ----------
-    material : core.scene.Material
+    material : core.scene.Material or core.scene.World
     diagnostics : Diagnostics
+    subject : str
+        What diagnostics call it.
     """
 
     material: object
     diagnostics: object
+    subject: str = "material"
     instructions: list = field(default_factory=list)
     _known: dict = field(default_factory=dict)
     _shared: dict = field(default_factory=dict)
@@ -61,7 +64,7 @@ class Builder:
     @property
     def place(self):
         """Where a diagnostic occurred."""
-        return f"material '{self.material.name}'"
+        return f"{self.subject} '{self.material.name}'"
 
     def node_outputs(self, index):
         """Outputs of node `index`, a mapping of names to values; nodes below it were visited before."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..lights.area import AreaLights
 from ..lights.classic import ClassicLights, LocalLight, ParallelLight, area_pseudo_light, mesh_pseudo_light
-from ..lights.environment import ConstantEnvironment
+from ..lights.environment import ConstantEnvironment, EnvironmentMap
 from ..lights.lamps import LampHits
 from ..lights.point import DiskLights, PointLights, SphereLights
 from ..lights.sampler import LightSampler, importance_of
@@ -23,6 +23,7 @@ from ..lights.spot import SpotLights
 from ..lights.sun import SunDisks, SunLights
 from ..lights.triangle import TriangleLights
 from ..scene import PointLight, SpotLight, SunLight
+from .world import compile_world
 
 _SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
 _SMALLEST_ANGLE = 1e-6  # rad; float32 directions tell nothing smaller apart: parallel light
@@ -35,7 +36,7 @@ class Lights:
     sampler : LightSampler; `sampler.count` 0 means that no light can be sampled.
     lamps : LampHits; `lamps.count` 0 means that there is none to hit.
     classic : ClassicLights
-    environment : ConstantEnvironment
+    environment : ConstantEnvironment or EnvironmentMap
     emissive : (P,) bool
         Primitives whose material emits. Spheres and planes among them are found by scattered rays alone:
         `sampler.pdf_prim` is 0 for them.
@@ -46,7 +47,7 @@ class Lights:
     sampler: LightSampler
     lamps: LampHits
     classic: ClassicLights
-    environment: ConstantEnvironment
+    environment: ConstantEnvironment | EnvironmentMap
     emissive: np.ndarray
     has_delta: bool
     has_extended: bool
@@ -75,12 +76,16 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
         builder.add(light)
     emissive, triangles = _emissive_triangles(geometry, emission_of_material, builder)
     kinds = builder.kinds() + ([triangles] if triangles else [])
-    environment = ConstantEnvironment(_world_radiance(scene.world, diagnostics))
+    environment = compile_world(scene.world, diagnostics)
+    if not environment.is_constant and environment.is_sampled:
+        kinds.append(environment)
     sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment)
+    if environment in kinds:
+        environment.choice = float(sampler.pmf[-1])
     return Lights(
         sampler=sampler,
         lamps=LampHits(sampler),
-        classic=ClassicLights(builder.classic, environment.radiance[:, 0]),
+        classic=ClassicLights(builder.classic, environment.mean),
         environment=environment,
         emissive=emissive,
         has_delta=any(not _has_extent(k) for k in kinds),
@@ -89,7 +94,7 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
 
 
 def _has_extent(kind):
-    return kind.extended or isinstance(kind, TriangleLights)
+    return kind.extended or isinstance(kind, TriangleLights | EnvironmentMap)
 
 
 class _Builder:
@@ -256,14 +261,6 @@ def _emission_tables(geometry, emission_of_material, builder):
             texture_of[m] = len(textures)
             textures.append(emission[1])
     return means, textures, texture_of
-
-
-def _world_radiance(world, diagnostics):
-    radiance = np.asarray(world.radiance, np.float64)
-    if _representable(radiance):
-        return radiance
-    diagnostics.warn("the world's radiance is not finite; black is used")
-    return np.zeros(3)
 
 
 def _round_radiance(light, power):

@@ -94,7 +94,7 @@ def compile_materials(materials, diagnostics):
     programs, rows, known = [], [], {}
     program_of, row_of = np.zeros(len(materials), np.int32), np.zeros(len(materials), np.int32)
     for m, material in enumerate(materials):
-        program, key = _compile(material, diagnostics)
+        program, key = compile_program(material, diagnostics)
         number = known.setdefault(key, len(programs))
         if number == len(programs):
             programs.append(program)
@@ -121,8 +121,9 @@ def uv_maps_of(materials):
     return names
 
 
-def _compile(material, diagnostics):
-    builder = Builder(material, diagnostics)
+def compile_program(material, diagnostics, subject="material"):
+    """The `Program` of a material or world, and a key that is equal for programs that do the same."""
+    builder = Builder(material, diagnostics, subject)
     scatter, emission, transparency, closures = {}, [], [], []
     for closure, weight, inputs, properties in _closures(material, builder):
         constants = {name: v.value for name, v in inputs.items() if isinstance(v, Const)}

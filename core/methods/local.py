@@ -97,7 +97,8 @@ class LocalModel(Wavefront):
         if level == 0 and self.settings.transparent_film:
             radiance[3, missed] = 0
         elif Feature.ENVIRONMENT in self.features:
-            light = np.broadcast_to(self.scene.lights.environment.eval(None, arena), (3, missed.size))
+            seen = self.scene.lights.environment.eval(arena.take(rays.d, missed), arena)
+            light = np.broadcast_to(seen, (3, missed.size))
             self._add(radiance, Rays(*(None if a is None else a[..., missed] for a in rays)), light, missed)
 
     def _add_emission(self, rays, hits, radiance, arena):

@@ -54,7 +54,9 @@ class PathTrace(Wavefront):
         self._straight = Feature.TRANSPARENCY in features
         self._has_lights = Feature.DIRECT_LIGHT in features
         stages = {
-            Feature.ENVIRONMENT: self._add_environment,
+            Feature.ENVIRONMENT: (
+                self._add_constant_environment if compiled.lights.environment.is_constant else self._add_environment_map
+            ),
             Feature.EMISSIVE_SURFACES: self._add_emission,
         }
         self._arrivals = tuple(stage for feature, stage in stages.items() if feature in features)
@@ -119,16 +121,35 @@ class PathTrace(Wavefront):
 
     # -- light that a path meets ---------------------------------------------------------------------------------------
 
-    def _add_environment(self, paths, hits, depth, radiance, worker):
-        if depth == 0 and self._sees_film:
-            return
-        missed = np.flatnonzero(hits.prim < 0)
+    def _add_constant_environment(self, paths, hits, depth, radiance, worker):
+        missed = self._leaving(hits, depth)
         if missed.size == 0:
             return
         arena = worker.scratch
         light = arena.empty((3, missed.size))
         light[:] = self.scene.lights.environment.eval(None, arena)
         self._arrive(paths, missed, light, depth, radiance, arena)
+
+    def _add_environment_map(self, paths, hits, depth, radiance, worker):
+        missed = self._leaving(hits, depth)
+        if missed.size == 0:
+            return
+        arena = worker.scratch
+        environment = self.scene.lights.environment
+        d = arena.take(paths.d, missed)
+        light = arena.empty((3, missed.size))
+        with arena.frame():
+            light[:] = environment.eval(d, arena)
+            if paths.pdf is not None:
+                pdf = arena.take(paths.pdf, missed)
+                np.multiply(light, mis_weight(pdf, environment.pdf(d, arena), arena), out=light)
+        self._arrive(paths, missed, light, depth, radiance, arena)
+
+    def _leaving(self, hits, depth):
+        """Lanes that leave the scene towards an environment that they see."""
+        if depth == 0 and self._sees_film:
+            return np.zeros(0, np.intp)
+        return np.flatnonzero(hits.prim < 0)
 
     def _clear_film(self, paths, hits, depth, radiance, worker):
         if depth > 0:

@@ -25,12 +25,18 @@ class Context:
     surface : object
         prim, u, v of the hits, their `front`, `wo`, `ns`; None while constants are folded.
     geometry : Geometry or None
+    direction : (3, N) float32, optional
+        Of a world's lanes, unit: where the light comes from.
+    averaged : bool
+        Whether environment textures are read through small copies, in which no bright texel is missed.
     """
 
     arena: object
     count: int
     surface: object = None
     geometry: object = None
+    direction: object = None
+    averaged: bool = False
 
 
 @dataclass(frozen=True)

@@ -192,6 +192,7 @@ CLOSURES = {
             _refraction,
         ),
         Closure("transparent", {"color": (1.0, 1.0, 1.0)}, transparency=("color",)),
+        Closure("background", {"color": (0.8, 0.8, 0.8), "strength": 1.0}, emission=("color", "strength")),
         Closure("emission", {"color": (1.0, 1.0, 1.0), "strength": 1.0}, emission=("color", "strength")),
         Closure(
             "principled",

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A world to light from infinity: constant, or a program over directions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..arena import Arena
+from ..lights.environment import ConstantEnvironment, EnvironmentMap
+from ..nodes.base import Context
+from ..scene import Link, Node
+from .materials import compile_program
+
+
+def compile_world(world, diagnostics):
+    """`ConstantEnvironment` or `EnvironmentMap` of a `core.scene.World`.
+
+    Notes
+    -----
+    Only what its closures emit counts, as in Blender; closures that scatter give nothing.
+    """
+    if world.surface is None:
+        return _constant(world.radiance, world, diagnostics)
+    code = compile_program(_over_directions(world), diagnostics, "world").emission
+    if code is None:
+        return ConstantEnvironment((0.0, 0.0, 0.0))
+    constants = code.row.reshape(-1, 1)
+    if code.is_constant:
+        return _constant(code.run(Context(Arena(4096), 1), constants)["Le"], world, diagnostics)
+
+    def radiance(d, arena, averaged=False):
+        """Radiance (3, N) that arrives against unit directions `d` (3, N)."""
+        context = Context(arena, d.shape[-1], direction=d, averaged=averaged)
+        return np.broadcast_to(code.run(context, constants)["Le"], d.shape)
+
+    return EnvironmentMap(radiance)
+
+
+def _over_directions(world):
+    """`world` with texture coordinates that are directions; textures of all directions have them by default."""
+    source = Link(len(world.nodes), "generated")
+    nodes = [_linked(node, source) for node in world.nodes]
+    return replace(world, nodes=(*nodes, Node("world_coordinates")))
+
+
+def _linked(node, source):
+    if node.op == "tex_coord":
+        return replace(node, op="world_coordinates")
+    if node.op in ("environment", "checker") and "vector" not in node.inputs:
+        return replace(node, inputs={**node.inputs, "vector": source})
+    return node
+
+
+def _constant(radiance, world, diagnostics):
+    radiance = np.broadcast_to(np.asarray(radiance, np.float64).reshape(-1), 3)
+    if not (np.abs(radiance) < 1e36).all():  # squares of sums must be finite too
+        diagnostics.warn("the world's radiance is not finite; black is used", f"world '{world.name}'")
+        radiance = np.zeros(3)
+    return ConstantEnvironment(radiance)

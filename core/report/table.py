@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Numbers as text: tables in Markdown that read well on a terminal, too."""
+
+from __future__ import annotations
+
+import math
+
+
+def number(value, digits=3):
+    """A number with `digits` digits that count; a dash for None and what is not finite; texts as they are."""
+    if isinstance(value, str):
+        return value
+    if value is None or not math.isfinite(value):
+        return "–"
+    if isinstance(value, int):
+        return str(value)
+    if value == 0:
+        return "0"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    return f"{value:.{places}f}"
+
+
+def percent(share):
+    """A share in percent."""
+    return "–" if share is None else f"{share:.1%}"
+
+
+def table(head, rows):
+    """A Markdown table, its columns padded: the first to the left, numbers to the right."""
+    cells = [list(map(number, row)) for row in (head, *rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        "| " + " | ".join(c.rjust(w) if k else c.ljust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))) + " |"
+        for row in cells
+    ]
+    rule = "|" + "|".join("-" * (w + 2) if k == 0 else "-" * (w + 1) + ":" for k, w in enumerate(widths)) + "|"
+    return "\n".join([lines[0], rule, *lines[1:]])
