@@ -21,7 +21,7 @@ class Arena:
     It grows by whole blocks when a frame needs more; blocks are kept for the next frame.
     """
 
-    def __init__(self, block_bytes=1 << 25):
+    def __init__(self, block_bytes=1 << 23):
         self._block_bytes = block_bytes
         self._blocks = [np.empty(block_bytes, np.uint8)]
         self._block = 0

@@ -53,7 +53,7 @@ class Settings:
     seed: int = 0
     threads: int = 0
     tile: int = 128
-    chunk: int = 65536
+    chunk: int = 131072
     time_limit: float = 0.0
     noise_target: float = 0.0
     adaptive: bool = False
