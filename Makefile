@@ -6,10 +6,11 @@ PY := .venv/bin/python
 export PYTHON
 
 .DEFAULT_GOAL := help
-.PHONY: help venv render test test-blender extension samples lint clean
+.PHONY: help venv render bench test test-blender extension samples lint clean
 
 help:
 	@echo "make render   path-trace sample_blends/cornell.blend to renders/cornell.png and .exr"
+	@echo "make bench    measure Zraka beside Cycles; tables and plots in renders/bench"
 	@echo "make test     ruff and all tests"
 	@echo "make test-blender  tests in whole Blenders, window and all (root on a Debian; see docs/blender.md)"
 	@echo "make extension     pack dist/zraka-*.zip for Blender, one a platform"
@@ -24,6 +25,9 @@ render: venv
 	@mkdir -p renders
 	@$(PY) -m zraka render sample_blends/cornell.blend --method pathtrace \
 		--output renders/cornell.png --output renders/cornell.exr
+
+bench: venv
+	@$(PY) -m zraka bench --suite quick --output renders/bench
 
 test: lint
 	@$(PY) -m pytest -n 2 --dist loadfile -m "not blender"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: ``zraka render FILE.blend``, ``python -m zraka``, ``blender --command zraka``.
+"""The command line: ``zraka render FILE.blend``, ``zraka bench``; ``python -m zraka``, ``blender --command zraka``.
 
 Blender is imported after the arguments were found good. Exit codes: 0; 2 with one line for bad input; 130 when
 interrupted by Ctrl-C, with the samples so far in the file.
@@ -45,8 +45,7 @@ def main(argv=None):
     started = time.perf_counter()
     try:
         args = _parser().parse_args(argv)
-        _check_files(args)
-        return _render(args, started)
+        return args.run(args, started)
     except SceneError as error:
         print(f"zraka: {error}", file=sys.stderr)
         return 2
@@ -70,12 +69,19 @@ def _parser():
 
     parser = _Parser(prog="zraka", description="Render Blender scenes with Zraka.")
     parser.add_argument("--version", action="version", version=f"zraka {__version__}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="render")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for add_command in (_add_render, _add_bench):
+        add_command(commands)
+    return parser
+
+
+def _add_render(commands):
     render = commands.add_parser(
         "render",
         help="render one frame of a .blend",
         description="Render one frame. What is not given comes from the scene.",
     )
+    render.set_defaults(run=_render)
     add = render.add_argument
     add("file", type=Path, metavar="FILE.blend")
     add("--method", choices=METHODS, help="how light is simulated")
@@ -95,7 +101,24 @@ def _parser():
         help="PNG through Blender's view transform or linear EXR; may be given twice",
     )
     add("--json", type=Path, metavar="STATS.json", help="write times, rays, the estimated error and more")
-    return parser
+
+
+def _add_bench(commands):
+    bench = commands.add_parser(
+        "bench",
+        help="measure time to equal error beside Cycles",
+        description="Measure Zraka beside another engine in one process; writes bench.json, bench.md and plots.",
+    )
+    bench.set_defaults(run=_bench)
+    add = bench.add_argument
+    add("--suite", choices=("quick", "full"), default="quick", help="quick takes minutes, full hours")
+    add(
+        "--against",
+        choices=("CYCLES", "ZRAKA"),
+        default="CYCLES",
+        help="the other engine; Zraka against itself shows how steady the machine is",
+    )
+    add("--output", type=Path, required=True, metavar="DIR", help="folder of the results; made if it is missing")
 
 
 def _whole(least, most=2**31 - 1):
@@ -190,6 +213,7 @@ class _Times:
 
 def _render(args, started):
     """Load, export, trace and write; return the exit code."""
+    _check_files(args)
     bpy = headless.load_blender()
     scene = headless.open_scene(bpy, args)
     outputs = [path.absolute() for path in args.output or [headless.scene_output(scene)]]
@@ -258,6 +282,22 @@ def _progress_bar(settings):
             bar.update(film.samples - bar.n)
 
         yield on_pass
+
+
+# -- benchmark ---------------------------------------------------------------------------------------------------------
+
+
+def _bench(args, started):
+    """Run a suite and print its table; return the exit code."""
+    from .bench import document, suite
+
+    def say(text):
+        print(f"zraka: {time.perf_counter() - started:.0f} s: {text}", file=sys.stderr)
+
+    with _interruptible() as interrupted:
+        result = suite.run(args.suite, args.against, args.output, interrupted.is_set, say)
+    print(document.summary(result))
+    return 130 if interrupted.is_set() else 0
 
 
 # -- results -----------------------------------------------------------------------------------------------------------

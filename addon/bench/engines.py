@@ -126,7 +126,7 @@ class Seen:
 
 
 @contextlib.contextmanager
-def watched(force_features=None, cancelled=None):
+def watched(force_features=None, interrupted=None):
     """Stand between Zraka's add-on and its core while it renders; yields a `Seen`.
 
     Blender deletes an engine after its render, and with it what the engine knows.
@@ -135,8 +135,8 @@ def watched(force_features=None, cancelled=None):
     ----------
     force_features : Feature, optional
         Compile with these.
-    cancelled : callable, optional
-        Asked beside the engine's own test.
+    interrupted : callable, optional
+        True ends the render; asked beside Blender's own test.
     """
     from ...core import compile as compiling
     from ...core import render as rendering
@@ -155,13 +155,12 @@ def watched(force_features=None, cancelled=None):
         seen.compile_seconds = time.perf_counter() - started
         return seen.compiled
 
-    def watched_render(compiled, settings, on_pass=None, cancelled=cancelled):
-        both = (cancelled, outer_cancelled) if outer_cancelled else (cancelled,)
-        film = render(compiled, settings, on_pass, lambda: any(test() for test in both))
+    def watched_render(compiled, settings, on_pass=None, cancelled=None):
+        tests = [test for test in (cancelled, interrupted) if test]
+        film = render(compiled, settings, on_pass, lambda: any(test() for test in tests))
         seen.settings, seen.stats, seen.messages = settings, film.stats, compiled.diagnostics.messages()
         return film
 
-    outer_cancelled = cancelled
     session.export_job, compiling.compile_scene, rendering.render = watched_export, watched_compile, watched_render
     try:
         yield seen
@@ -229,15 +228,16 @@ class Bench:
             picture, seconds = operate(scene, self.sides[side])
         if self.interrupted():
             raise Interrupted
+        seen.compiled = None  # it may be large, and runs are kept
         return Run(picture, seconds, seen)
 
-    def alternate(self, scene, cases, runs):
-        """Render the cases by turns, each once untimed and then `runs` times, the first one by turns, too.
+    def alternate(self, scene, cases, runs, warm=True):
+        """Render the cases by turns, each once untimed if `warm` and then `runs` times; every other turn backwards.
 
         Parameters
         ----------
         cases : dict
-            Key → keyword arguments of `run`, or a function that renders and returns a `Run`.
+            Key → keyword arguments of `run`.
 
         Returns
         -------
@@ -245,10 +245,9 @@ class Bench:
             Key → list of `Run`.
         """
         order, found = list(cases), {key: [] for key in cases}
-        for turn in range(runs + 1):
+        for turn in range(0 if warm else 1, runs + 1):
             for key in order if turn % 2 else reversed(order):
-                case = cases[key]
-                done = case() if callable(case) else self.run(scene, **case)
+                done = self.run(scene, **cases[key])
                 if turn:
                     found[key].append(done)
         return found

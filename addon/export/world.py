@@ -26,6 +26,7 @@ def export_world(world, images, diagnostics):
     """
     if world is None:
         return description.World()
+    _diagnose(world, diagnostics)
     tree = shader_tree(world)
     if tree is None:
         return description.World(tuple(world.color), name=world.name)
@@ -47,6 +48,15 @@ def export_world(world, images, diagnostics):
         diagnostics.warn(f"world node '{unsupported}' is not supported; a plain colour is used", place)
         return description.World(_shown_background(tree), name=world.name)
     return description.World(nodes=tuple(reader.nodes), surface=surface, name=world.name)
+
+
+def _diagnose(world, diagnostics):
+    """Warn of ray visibility, which Cycles keeps with the world."""
+    visibility = getattr(world, "cycles_visibility", None)
+    for name in ("camera", "diffuse", "glossy", "transmission"):
+        if not getattr(visibility, name, True):
+            message = f"ray visibility is not supported; the world is there for {name} rays too"
+            diagnostics.warn(message, f"world '{world.name}'")
 
 
 def _unsupported(nodes, surface):

@@ -48,7 +48,11 @@ class Mixture:
         self.refracts = any(_REFRACTS & f and Lobe.STRAIGHT not in f and Lobe.TRANSMISSION in f for f in flags)
         self._sample = (_sample_none, _sample_one, _sample_many)[min(len(flags), 2)]
 
-    def eval_pdf(self, entries, surface, wi, arena):
+    def shares(self, entries, surface, arena):
+        """Probability of each lobe (K, N), to be passed on to `eval_pdf` and `sample`; None without a choice."""
+        return _choice_probabilities(entries, surface, arena) if len(entries) > 1 else None
+
+    def eval_pdf(self, entries, surface, wi, arena, shares=None):
         """f·|cosθ| with colours (3, N) and density (N,) of all lobes that are not delta."""
         f, pdf = arena.empty(wi.shape), arena.empty(wi.shape[-1])
         if len(entries) == 1 and self.is_smooth:
@@ -58,13 +62,14 @@ class Mixture:
                 np.copyto(pdf, density)
             return f, pdf
         with arena.frame():
-            shares = _choice_probabilities(entries, surface, arena) if self.is_smooth else ()
+            if shares is None and self.is_smooth:
+                shares = _choice_probabilities(entries, surface, arena)
             _sum_lobes(entries, shares, surface, wi, arena, f, pdf)
         return f, pdf
 
-    def sample(self, entries, surface, uc, u0, u1, arena):
+    def sample(self, entries, surface, uc, u0, u1, arena, shares=None):
         """A direction of one of the lobes, as `BSDFSample`; `uc` chooses the lobe and is used again within it."""
-        return self._sample(entries, surface, uc, u0, u1, arena)
+        return self._sample(entries, surface, uc, u0, u1, shares, arena)
 
     def albedo(self, entries, surface, arena):
         """Sum of the lobes' colour times albedo, (3, N): an estimate."""
@@ -76,13 +81,13 @@ class Mixture:
         return total
 
 
-def _sample_none(entries, surface, uc, u0, u1, arena):
+def _sample_none(entries, surface, uc, u0, u1, shares, arena):
     """Nothing scatters: every sample fails."""
     wi = np.negative(surface.wo, out=arena.empty(surface.wo.shape))
     return BSDFSample(wi, arena.zeros(wi.shape), arena.zeros(uc.shape))
 
 
-def _sample_one(entries, surface, uc, u0, u1, arena):
+def _sample_one(entries, surface, uc, u0, u1, shares, arena):
     """The only lobe, without choice; a constant colour stays (3, 1) where nothing else weighs."""
     lobe, color, params, n = entries[0]
     n = surface.ns if n is None else n
@@ -98,7 +103,7 @@ def _sample_one(entries, surface, uc, u0, u1, arena):
     return BSDFSample(s.wi, np.multiply(color, weight, out=arena.empty(s.wi.shape)), s.pdf, s.eta, straight)
 
 
-def _sample_many(entries, surface, uc, u0, u1, arena):
+def _sample_many(entries, surface, uc, u0, u1, shares, arena):
     """Choose a lobe in each lane, sample it there, then weigh by all."""
     count = uc.size
     wi, weight, pdf = arena.empty((3, count)), arena.zeros((3, count)), arena.zeros(count)
@@ -106,7 +111,8 @@ def _sample_many(entries, surface, uc, u0, u1, arena):
     straight = arena.zeros(count, bool) if has_straight else None
     np.negative(surface.wo, out=wi)
     with arena.frame():
-        shares = _choice_probabilities(entries, surface, arena)
+        if shares is None:
+            shares = _choice_probabilities(entries, surface, arena)
         for entry, share, lanes, uc_again in _chosen(entries, shares, uc, arena):
             s, color = _sample_lanes(entry, surface, lanes, uc_again, u0, u1, arena)
             for row, values in zip(wi, s.wi, strict=True):

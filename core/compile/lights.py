@@ -14,18 +14,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..lights.area import AreaLights
+from ..lights.choice import importance_of
 from ..lights.classic import ClassicLights, LocalLight, ParallelLight, area_pseudo_light, mesh_pseudo_light
 from ..lights.environment import ConstantEnvironment, EnvironmentMap
 from ..lights.lamps import LampHits
+from ..lights.panel import PanelLights, find_panels
 from ..lights.point import DiskLights, PointLights, SphereLights
-from ..lights.sampler import LightSampler, importance_of
+from ..lights.sampler import LightSampler
 from ..lights.spot import SpotLights
 from ..lights.sun import SunDisks, SunLights
-from ..lights.triangle import TriangleLights
+from ..lights.triangle import TriangleLights, outward
 from ..scene import PointLight, SpotLight, SunLight
 from .world import compile_world
 
 _SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
+_LARGEST_BODY = 0.5  # root of an emitter's area over the scene's extent; larger bodies may hold what they light
 _SMALLEST_ANGLE = 1e-6  # rad; float32 directions tell nothing smaller apart: parallel light
 
 
@@ -74,8 +77,8 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
     builder = _Builder(np.asarray(geometry.origin, np.float64), diagnostics)
     for light in scene.lights:
         builder.add(light)
-    emissive, triangles = _emissive_triangles(geometry, emission_of_material, builder)
-    kinds = builder.kinds() + ([triangles] if triangles else [])
+    emissive, surfaces = _emissive_surfaces(geometry, emission_of_material, builder)
+    kinds = builder.kinds() + surfaces
     environment = compile_world(scene.world, diagnostics)
     if not environment.is_constant and environment.is_sampled:
         kinds.append(environment)
@@ -94,7 +97,7 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
 
 
 def _has_extent(kind):
-    return kind.extended or isinstance(kind, TriangleLights | EnvironmentMap)
+    return kind.extended or isinstance(kind, PanelLights | TriangleLights | EnvironmentMap)
 
 
 class _Builder:
@@ -220,8 +223,8 @@ def _spots_of(kind):
 _SPOTS = {kind: _spots_of(kind) for kind in (PointLights, SphereLights, DiskLights)}
 
 
-def _emissive_triangles(geometry, emission_of_material, builder):
-    """Which primitives emit, (P,) bool, and the table of the triangles among them, None without any."""
+def _emissive_surfaces(geometry, emission_of_material, builder):
+    """Which primitives emit, (P,) bool, and the tables of the panels and triangles among them."""
     emits = np.array([e is not None for e in emission_of_material], bool)
     emissive = emits[geometry.material] if emits.size else np.zeros(geometry.material.size, bool)
     means, textures, texture_of = _emission_tables(geometry, emission_of_material, builder)
@@ -232,15 +235,27 @@ def _emissive_triangles(geometry, emission_of_material, builder):
     area = np.linalg.norm(np.cross(v1 - v0, v2 - v0, axis=0), axis=0)
     shines = (area > 0.0) & means[:, material].any(axis=0)
     if not shines.any():
-        return emissive, None
+        return emissive, []
     prim, material, corners = prim[shines], material[shines], corners[:, shines]
     radiance = means[:, material]
     by_object = np.argsort(geometry.object[prim], kind="stable")
     ends = np.flatnonzero(np.diff(geometry.object[prim][by_object])) + 1
     for own in np.split(by_object, ends):
         builder.classic.append(mesh_pseudo_light(corners[:, own], radiance[:, own]))
-    texture = texture_of[material] if textures else None
-    return emissive, TriangleLights(corners, prim, radiance, textures, texture)
+    whole = geometry.corners.reshape(3, 3, -1)
+    extent = float(np.linalg.norm(whole.max(axis=(0, 2)) - whole.min(axis=(0, 2))))
+    texture, axis = texture_of[material], outward(corners, geometry.object[prim], _LARGEST_BODY * extent)
+    alike = (np.diff(prim) == 1) & (np.diff(material) == 0) & (np.diff(geometry.object[prim]) == 0)
+    first, *sides = find_panels(corners, alike & (texture[1:] < 0))
+    kinds = []
+    if first.size:
+        pairs = np.stack([prim[first], prim[first + 1]])
+        kinds.append(PanelLights(*sides, pairs, radiance[:, first], axis[:, first]))
+    rest = np.delete(np.arange(prim.size), np.concatenate([first, first + 1]))
+    if rest.size:
+        texture = texture[rest] if textures else None
+        kinds.append(TriangleLights(corners[:, rest], prim[rest], radiance[:, rest], axis[:, rest], textures, texture))
+    return emissive, kinds
 
 
 def _emission_tables(geometry, emission_of_material, builder):

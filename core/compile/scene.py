@@ -113,7 +113,7 @@ class CompiledScene:
         program = np.take(self._program_of_prim, prim, mode="wrap")
         order = np.argsort(program, kind="stable")  # a radix sort for numbers this short
         ends = np.cumsum(np.bincount(program, minlength=len(self.materials.programs) + 1))[:-1]
-        starts = np.concatenate(([0], ends[:-1]))
+        starts = np.concatenate(([0], ends))[:-1]  # a scene without surfaces has neither
         groups = [(n, int(a), int(b)) for n, (a, b) in enumerate(zip(starts, ends, strict=True)) if b > a]
         return order[: groups[-1][2] if groups else 0], groups
 

@@ -23,7 +23,8 @@ def compile_world(world, diagnostics):
     """
     if world.surface is None:
         return _constant(world.radiance, world, diagnostics)
-    code = compile_program(_over_directions(world), diagnostics, "world").emission
+    program, _ = compile_program(_over_directions(world), diagnostics, "world")
+    code = program.emission
     if code is None:
         return ConstantEnvironment((0.0, 0.0, 0.0))
     constants = code.row.reshape(-1, 1)

@@ -51,6 +51,10 @@ class AreaLights:
         """Where the lights are, for their choice."""
         return Bounds(self._shapes.frame[0:3], self._shapes.spread, self._normal)
 
+    def box(self):
+        """Corners of bounding boxes, (3, count) each."""
+        return self._shapes.box()
+
     def sample(self, rows, p, u0, u1, arena):
         """A direction to a point of the light; weight 0 behind it and beside an ellipse."""
         weight, pdf = arena.empty(p.shape), arena.empty(p.shape[-1])

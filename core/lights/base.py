@@ -8,10 +8,13 @@ count                                      number of lights
 extended                                   whether rays can cross its lights, which are no geometry
 at_infinity                                whether its lights have no distance
 power (count,) float64                     emitted power, W; of lights at infinity the irradiance, W/m2
+bounds()                                   -> Bounds; kinds at a finite distance only
+box()                                      -> corners of bounding boxes; extended kinds at a finite distance only
 sample(rows, p, u0, u1, arena)             -> LightSample, given that light `rows` was chosen
 intersect(rows, o, d, tmin, tmax, arena)   -> LightHits of rays that cross the light; extended kinds only
+prim, density(rows, p, wi, distance, arena) of kinds that are geometry: numbers of the primitives, (count,) or
+                                           (2, count), and the density (N,) of `sample`
 ```
-
 
 `rows` is one light's number, or one for each lane, (N,). A light is crossed at a distance above `tmin`, (N,) or 0.0,
 and below `tmax`, (N,); `o` is the point whose light is sought.
@@ -25,6 +28,7 @@ import numpy as np
 
 from ..vecmath import dot
 
+_NO_LENGTH = 1e-18  # its square is still a normal float32
 NEAREST_SQUARED = 1e-24  # squared distances are kept above, so that no weight overflows
 
 
@@ -53,6 +57,18 @@ class LightHits(NamedTuple):
     pdf: np.ndarray
 
 
+class Bounds(NamedTuple):
+    """Where lights are and where they shine.
+
+    center (3, count); spread (count,) mean squared distance of the light's points from there; axis (3, count) normal of
+    lights that shine to one side, None where all shine all around.
+    """
+
+    center: np.ndarray
+    spread: np.ndarray
+    axis: np.ndarray | None = None
+
+
 def rows_of(table, rows, arena):
     """Entries `rows` of `table` (C, count) or (count,): one light's as (C, 1), else one for each lane."""
     if isinstance(rows, int):
@@ -74,11 +90,8 @@ def towards(p, target, arena):
 
 
 def normalize_length(w, length, arena):
-    """Make `w` (3, N) unit in place and write its `length` (N,); the zero vector becomes +Z."""
-    with arena.frame():
-        dot(w, w, arena, out=length)
-        np.sqrt(length, out=length)
-        divisor = np.maximum(length, 1e-30, out=arena.empty(length.shape))
-        np.divide(w, divisor, out=w)
-        nowhere = np.less(length, 1e-19, out=arena.empty(length.shape, bool))
-        np.copyto(w[2], 1.0, where=nowhere)
+    """Make `w` (3, N) unit in place and write its `length` (N,); the zero vector becomes +Z, of length 1e-18."""
+    np.add(w[2], _NO_LENGTH, out=w[2])  # changes nothing that is longer than 1e-11
+    dot(w, w, arena, out=length)
+    np.sqrt(length, out=length)
+    np.divide(w, length, out=w)

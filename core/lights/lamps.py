@@ -10,6 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..sampling.mis import weight
+from .boxes import LampBoxes
+
+_FEW = 8  # lamps that are tried one by one in less time than Embree takes to sort them out
 
 
 class LampHits:
@@ -27,13 +30,30 @@ class LampHits:
     """
 
     def __init__(self, sampler):
-        self._lamps = []
+        self._sampler = sampler
+        self._lamps, self._boxed = [], []
         first = 0
         for kind in sampler.kinds:
             if kind.extended:
-                self._lamps += [(kind, row, float(sampler.pmf[first + row])) for row in range(kind.count)]
+                lamps = [(kind, row, first + row) for row in range(kind.count)]
+                (self._lamps if kind.at_infinity else self._boxed).extend(lamps)
             first += kind.count
-        self.count = len(self._lamps)
+        self.count = len(self._lamps) + len(self._boxed)
+        if len(self._boxed) > _FEW:
+            self._box_up()
+        else:
+            self._lamps += self._boxed
+            self._boxes = None
+
+    def _box_up(self):
+        """Build the boxes, and tables from a lamp's number among them to its kind, row and number as a light."""
+        kinds = list(dict.fromkeys(kind for kind, _, _ in self._boxed))
+        low, high = zip(*(kind.box() for kind in kinds), strict=True)
+        self._boxes = LampBoxes(np.concatenate(low, axis=1), np.concatenate(high, axis=1))
+        self._boxed_kinds = kinds
+        self._kind = np.array([kinds.index(kind) for kind, _, _ in self._boxed])
+        self._row = np.array([row for _, row, _ in self._boxed])
+        self._light = np.array([light for _, _, light in self._boxed])
 
     def crossings(self, o, d, tmax, arena, passed=None):
         """Every lamp that rays cross.
@@ -66,12 +86,34 @@ class LampHits:
             if passed is not None:
                 tmin, tmax = passed, np.add(tmax, passed, out=arena.empty(passed.shape))
                 o = np.subtract(o, np.multiply(d, passed, out=arena.empty(d.shape)), out=arena.empty(d.shape))
-            for kind, row, pmf in self._lamps:
+            for kind, row, light in self._lamps:
                 with arena.frame():
                     hits = kind.intersect(row, o, d, tmin, tmax, arena)
                     if hits.lanes.size:
+                        pmf = self._sampler.pmf_at(light, arena.take(o, hits.lanes), arena)
                         np.multiply(hits.pdf, pmf, out=hits.pdf)
                         yield hits
+            if self._boxes is not None:
+                for lanes, lamp in self._boxes.candidates(o, d, tmin, tmax, arena):
+                    yield from self._of_candidates(lanes, lamp, o, d, tmin, tmax, arena)
+
+    def _of_candidates(self, lanes, lamp, o, d, tmin, tmax, arena):
+        """What the rays `lanes` (n,) cross of the lamps `lamp` (n,), one each."""
+        kinds = arena.take(self._kind, lamp)
+        for number, kind in enumerate(self._boxed_kinds):
+            with arena.frame():
+                own = np.flatnonzero(kinds == number)
+                if own.size == 0:
+                    continue
+                ray, which = lanes[own], lamp[own]
+                rays = (arena.take(a, ray) if isinstance(a, np.ndarray) else a for a in (o, d, tmin, tmax))
+                start, *rest = rays
+                hits = kind.intersect(arena.take(self._row, which), start, *rest, arena)
+                if hits.lanes.size:
+                    light = arena.take(self._light, which[hits.lanes])
+                    pmf = self._sampler.pmf_at(light, arena.take(start, hits.lanes), arena)
+                    np.multiply(hits.pdf, pmf, out=hits.pdf)
+                    yield hits._replace(lanes=ray[hits.lanes])
 
     def radiance(self, o, d, tmax, pdf_bsdf, arena, passed=None):
         """Light of all lamps along rays drawn with density `pdf_bsdf` (N,), MIS weight included, (3, N)."""

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ..vecmath import dot
-from .base import NEAREST_SQUARED, LightHits, LightSample, rows_at, rows_of, towards
+from .base import NEAREST_SQUARED, Bounds, LightHits, LightSample, rows_at, rows_of, towards
 from .cap import SMALLEST_CAP, cap_pdf, cap_weight, sample_cap
 
 
@@ -23,6 +23,10 @@ class PointLights:
         self.intensity = np.ascontiguousarray(intensity, np.float32)
         self.count = self.position.shape[1]
         self.power = 4.0 * math.pi * np.abs(np.asarray(intensity, np.float64)).mean(axis=0)
+
+    def bounds(self):
+        """Where the lights are, for their choice."""
+        return Bounds(self.position, np.zeros(self.count))
 
     def sample(self, rows, p, u0, u1, arena):
         """The direction to the point; the weight is I/d²."""
@@ -50,6 +54,14 @@ class _RoundLights:
         self.count = self.position.shape[1]
         surface = 4.0 * math.pi * np.asarray(radius, np.float64) ** 2
         self.power = math.pi * surface * np.abs(np.asarray(radiance, np.float64)).mean(axis=0)
+
+    def bounds(self):
+        """Where the lights are, for their choice."""
+        return Bounds(self.position, np.asarray(self.radius, np.float64) ** 2)
+
+    def box(self):
+        """Corners of bounding boxes, (3, count) each."""
+        return self.position - self.radius, self.position + self.radius
 
     def sample(self, rows, p, u0, u1, arena):
         """A direction uniformly within the cap."""

@@ -20,6 +20,7 @@ from .base import NEAREST_SQUARED, normalize_length, rows_at, rows_of
 _LARGE = 0.3
 # Below this solid angle (sr) float32 loses it among the four angles.
 _SMALLEST = 0.01
+_FLATTEST = 1e-4  # height over the sum of the half sides
 _TINY = 1e-30
 _ARCSINE = (-0.0012624911, 0.0066700901, -0.0170881256, 0.0308918810, -0.0501743046, 0.0889789874, -0.2145988016)
 _ARCSINE += (1.5707963050,)
@@ -63,6 +64,11 @@ class Rectangles:
         self._both_sides = both_sides
         self.count = box.size
 
+    def box(self):
+        """Corners of bounding boxes, (3, count) each."""
+        reach = np.abs(self._axes[0:3]) + np.abs(self._axes[3:6])
+        return self.frame[0:3] - reach, self.frame[0:3] + reach
+
     def sample(self, rows, p, u0, u1, arena):
         """A direction to a point of the rectangle.
 
@@ -91,7 +97,7 @@ class Rectangles:
             if near.size:
                 frame = rows_of(self.frame, rows_at(rows, near, arena), arena)
                 view = _View(*project(frame, arena.take(p, near), arena), arena)
-                large = np.flatnonzero(view.angle > _SMALLEST)
+                large = np.flatnonzero(_is_large(frame, view))
                 inverse[near[large]] = self._seen(view, large)
         return inverse
 
@@ -152,7 +158,7 @@ class Rectangles:
         x, y = view.sample(u0, u1, arena)
         wi, distance = arena.empty((3, near.size)), arena.empty(near.size)
         _direction(frame, x, y, view.height, wi, distance, arena)
-        large = np.greater(view.angle, _SMALLEST, out=arena.empty(near.size, bool))
+        large = _is_large(frame, view)
         angle = self._seen(view)
         if self._any_round:
             beside = ~self._covers(rows, frame, view.edges, x, y, arena)
@@ -319,8 +325,17 @@ def project(frame, p, arena):
     return edges, height
 
 
+def _is_large(frame, view):
+    """Whether the solid angle is sampled, (N,) bool.
+
+    Not of points in the rectangle's own plane: rounding decides on which side they lie, and so between nothing and a
+    whole hemisphere of light.
+    """
+    return (view.angle > _SMALLEST) & (np.abs(view.height) > _FLATTEST * (frame[12] + frame[13]))
+
+
 def _direction(frame, x, y, height, wi, distance, arena):
-    """Unit vectors `wi` to the points `x`, `y` of a rectangle's plane, `height` behind its normal, and their distance."""
+    """Unit vectors to the points `x`, `y` of a rectangle's plane, `height` behind its normal, and their distances."""
     with arena.frame():
         t = arena.empty(x.shape)
         for i in range(3):

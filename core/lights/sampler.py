@@ -5,14 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..sampling.distributions import DiscreteDistribution
-from ..vecmath import dot
 from .base import LightSample
-from .triangle import TriangleLights
+from .choice import choice_of
 
 
 class LightSampler:
-    """Samples the light of a scene, one light a lane, chosen by power.
+    """Samples the light of a scene, one light a lane.
 
     The stages are composed once: a single light is not chosen, lights of one kind are not sorted by kind.
 
@@ -31,7 +29,8 @@ class LightSampler:
     count : int
         Number of lights that can be chosen. With 0 every sample has weight 0.
     pmf : (count,) float32
-        Probability of the choice.
+        Share of all importance: the probability of the choice of lights at infinity. That of the others, `pmf_at`,
+        depends on the point.
     """
 
     def __init__(self, kinds, importance, prim_count, environment):
@@ -40,9 +39,15 @@ class LightSampler:
         counts = [k.count for k in self.kinds]
         self.count = sum(counts)
         self._first = [sum(counts[:i]) for i in range(len(counts))]
-        self._choice = DiscreteDistribution(importance) if self.count else None
-        self.pmf = self._choice.pmf if self.count else np.zeros(0, np.float32)
-        self._density = self._triangle_density(prim_count)
+        importance = np.asarray(importance, np.float64)
+        self.pmf = (importance / importance.sum()).astype(np.float32) if self.count else np.zeros(0, np.float32)
+        self._choice = choice_of(self.kinds, importance) if self.count > 1 else None
+        self._surfaces = [
+            (first, kind) for first, kind in zip(self._first, self.kinds, strict=True) if hasattr(kind, "density")
+        ]
+        self._light_of_prim = np.full(prim_count, -1, np.int32)
+        for first, kind in self._surfaces:
+            self._light_of_prim[kind.prim] = np.arange(first, first + kind.count)
         if self.count == 0:
             self._sample = self._sample_nothing
         elif self.count == 1:
@@ -69,41 +74,42 @@ class LightSampler:
         """
         return self._sample(p, uc, u0, u1, arena)
 
-    def pdf_prim(self, prim, d, t, ng, arena):
+    def pmf_at(self, light, p, arena):
+        """Probability (N,) or (1,) of the choice of `light`, a number or (N,), at the points `p` (3, N)."""
+        if self._choice is None:
+            return arena.full(1, 1.0)
+        return self._choice.pmf(light, p, arena)
+
+    def pdf_prim(self, prim, p, d, t, arena):
         """Density with which `sample` would have drawn a ray that hits primitive `prim`.
 
         Parameters
         ----------
         prim : (N,) int
+        p : (3, N)
+            Point that is lit, where the ray starts.
         d : (3, N)
             Unit direction of the ray.
         t : (N,)
-            Distance from the point that is lit.
-        ng : (3, N)
-            Unit geometric normal of the primitive, either side.
+            Distance from `p`.
 
         Returns
         -------
         (N,) float32
             Per solid angle, choice included; 0 for primitives that are never chosen.
         """
-        pdf = arena.take(self._density, prim)
+        pdf = arena.zeros(prim.size)
         with arena.frame():
-            cosine = dot(d, ng, arena)
-            np.abs(cosine, out=cosine)
-            np.maximum(cosine, 1e-9, out=cosine)
-            np.divide(pdf, cosine, out=pdf)
-            np.multiply(pdf, t, out=pdf)
-            np.multiply(pdf, t, out=pdf)
+            light = arena.take(self._light_of_prim, prim)
+            for first, kind in self._surfaces:
+                with arena.frame():
+                    lanes = np.flatnonzero((light >= first) & (light < first + kind.count))
+                    if lanes.size:
+                        own, at, wi, distance = (arena.take(a, lanes) for a in (light, p, d, t))
+                        rows = 0 if kind.count == 1 else own - first
+                        density = kind.density(rows, at, wi, distance, arena)
+                        pdf[lanes] = np.multiply(density, self.pmf_at(own, at, arena), out=density)
         return pdf
-
-    def _triangle_density(self, prim_count):
-        """Choice probability over area of each primitive, (P,); 0 for what is no emissive triangle."""
-        density = np.zeros(prim_count, np.float64)
-        for first, kind in zip(self._first, self.kinds, strict=True):
-            if isinstance(kind, TriangleLights):
-                density[kind.prim] = self.pmf[first : first + kind.count] / kind.area
-        return density.astype(np.float32)
 
     def _sample_nothing(self, p, uc, u0, u1, arena):
         n = p.shape[-1]
@@ -115,14 +121,14 @@ class LightSampler:
         return self.kinds[0].sample(0, p, u0, u1, arena)
 
     def _sample_one_kind(self, p, uc, u0, u1, arena):
-        choice = self._choice.sample(uc, arena)
+        choice = self._choice.sample(p, uc, arena)
         return _chosen(self.kinds[0].sample(choice.index, p, u0, u1, arena), choice.pmf)
 
     def _sample_by_kind(self, p, uc, u0, u1, arena):
         n = p.shape[-1]
         out = LightSample(arena.empty((3, n)), arena.empty(n), arena.empty((3, n)), arena.empty(n))
         with arena.frame():
-            choice = self._choice.sample(uc, arena)
+            choice = self._choice.sample(p, uc, arena)
             for first, kind in zip(self._first, self.kinds, strict=True):
                 with arena.frame():
                     lanes = np.flatnonzero((choice.index >= first) & (choice.index < first + kind.count))
@@ -146,20 +152,3 @@ def _chosen(sample, pmf):
     np.divide(sample.weight, pmf, out=sample.weight)
     np.multiply(sample.pdf, pmf, out=sample.pdf)
     return sample
-
-
-def importance_of(kinds):
-    """Weights of the choice, (count,): by power among lights at a finite distance, by irradiance among suns.
-
-    A sun's power has no scale that fits a lamp's: in a vast scene it would be nearly all, though few points may see
-    the sun. So n suns together have n/(n + 1) of the choice where there are other lights, as in PBRT, 4th ed., 12.6.
-    """
-    if not kinds:
-        return np.zeros(0)
-    power = [np.asarray(k.power, np.float64) if not k.at_infinity else np.zeros(k.count) for k in kinds]
-    sun = [np.asarray(k.power, np.float64) if k.at_infinity else np.zeros(k.count) for k in kinds]
-    power, sun = np.concatenate(power), np.concatenate(sun)
-    suns = int((sun > 0).sum())
-    if not suns or not power.any():
-        return power + sun
-    return power / power.sum() + suns * sun / sun.sum()

@@ -38,6 +38,14 @@ class SpotLights:
         self.power = source.power * 0.5 * range_ * (1.0 - 0.5 * blend)
         self.extended = source.extended
 
+    def bounds(self):
+        """Where the lights are, for their choice: a cone shines to one side at most."""
+        return self.source.bounds()._replace(axis=-self._backward)
+
+    def box(self):
+        """Corners of bounding boxes, (3, count) each."""
+        return self.source.box()
+
     def sample(self, rows, p, u0, u1, arena):
         """As `source` samples, dimmed by the cone."""
         sample = self.source.sample(rows, p, u0, u1, arena)

@@ -8,8 +8,11 @@ import math
 import numpy as np
 
 from ..sampling.warp import square_to_uniform_triangle
-from ..vecmath import cross, dot
-from .base import NEAREST_SQUARED, LightSample, normalize_length, rows_of
+from ..vecmath import dot
+from .base import NEAREST_SQUARED, Bounds, LightSample, normalize_length, rows_of
+
+_TINY = 1e-36  # keeps densities finite
+_OPEN = 1e-3  # vector area and volume of a flat or open surface, as shares of its area
 
 
 class TriangleLights:
@@ -23,6 +26,8 @@ class TriangleLights:
         Their numbers among the scene's primitives.
     radiance : (3, count)
         Constant radiance, or of textured emitters the mean, which serves the choice alone.
+    axis : (3, count), optional
+        From `outward`; serves the choice alone.
     textures : sequence of callable
         ``Le(prim, u, v, arena) -> (3, n)`` of textured emitters.
     texture : (count,) int, optional
@@ -32,16 +37,24 @@ class TriangleLights:
     extended = False  # rays hit the triangles themselves
     at_infinity = False
 
-    def __init__(self, corners, prim, radiance, textures=(), texture=None):
+    def __init__(self, corners, prim, radiance, axis=None, textures=(), texture=None):
         v0, v1, v2 = np.asarray(corners, np.float64).reshape(3, 3, -1)
-        self._corners = np.ascontiguousarray(np.concatenate([v0, v1 - v0, v2 - v0]), np.float32)
+        across = 0.5 * np.cross(v1 - v0, v2 - v0, axis=0)
+        self._corners = np.ascontiguousarray(np.concatenate([v0, v1 - v0, v2 - v0, across]), np.float32)
         self.prim = np.ascontiguousarray(prim, np.int32)
         self.radiance = np.ascontiguousarray(radiance, np.float32)
         self.count = self.prim.size
-        self.area = 0.5 * np.linalg.norm(np.cross(v1 - v0, v2 - v0, axis=0), axis=0)
+        self.area = np.linalg.norm(across, axis=0)
         self.power = 2.0 * math.pi * self.area * np.abs(np.asarray(radiance, np.float64)).mean(axis=0)
+        self._axis = axis
         self._textures = tuple(textures)
         self._texture = None if texture is None else np.ascontiguousarray(texture, np.int32)
+
+    def bounds(self):
+        """Where the lights are, for their choice."""
+        v0, e1, e2 = self._corners[0:9].astype(np.float64).reshape(3, 3, -1)
+        spread = ((e1 * e1).sum(axis=0) + (e2 * e2).sum(axis=0) - (e1 * e2).sum(axis=0)) / 18.0
+        return Bounds(v0 + (e1 + e2) / 3.0, spread, self._axis)
 
     def sample(self, rows, p, u0, u1, arena):
         """A direction to a point of the triangle."""
@@ -57,15 +70,24 @@ class TriangleLights:
                 np.add(wi[i], np.multiply(e1[i], b[0], out=t), out=wi[i])
                 np.add(wi[i], np.multiply(e2[i], b[1], out=t), out=wi[i])
             normalize_length(wi, distance, arena)
-            projected = dot(cross(e1, e2, arena), wi, arena)  # twice area·cosθ
-            np.abs(projected, out=projected)
-            np.multiply(projected, 0.5, out=projected)
-            squared = np.multiply(distance, distance, out=t)
-            np.maximum(squared, NEAREST_SQUARED, out=squared)
-            np.divide(projected, squared, out=projected)  # 1/pdf
-            np.divide(1.0, np.maximum(projected, 1e-36, out=pdf), out=pdf)
-            np.multiply(self._emitted(rows, b, arena), projected, out=weight)
+            inverse = self._inverse_density(corners[9:12], wi, distance, arena)
+            np.divide(1.0, np.maximum(inverse, _TINY, out=pdf), out=pdf)
+            np.multiply(self._emitted(rows, b, arena), inverse, out=weight)
         return LightSample(wi, distance, weight, pdf)
+
+    def density(self, rows, p, wi, distance, arena):
+        """Solid-angle density (N,) of `sample` for directions `wi` from `p` that meet the triangle at `distance`."""
+        pdf = self._inverse_density(rows_of(self._corners[9:12], rows, arena), wi, distance, arena)
+        return np.divide(1.0, np.maximum(pdf, _TINY, out=pdf), out=pdf)
+
+    def _inverse_density(self, across, wi, distance, arena):
+        """1/pdf: area·cosθ/distance², where `across` (3, N) is the area times the normal."""
+        inverse = dot(across, wi, arena)
+        np.abs(inverse, out=inverse)
+        with arena.frame():
+            squared = np.multiply(distance, distance, out=arena.empty(distance.shape))
+            np.divide(inverse, np.maximum(squared, NEAREST_SQUARED, out=squared), out=inverse)
+        return inverse
 
     def _emitted(self, rows, b, arena):
         """Radiance at barycentric coordinates `b` (2, N), (3, N) or (3, 1)."""
@@ -82,3 +104,31 @@ class TriangleLights:
                 if lanes.size:
                     out[:, lanes] = evaluate(prim[lanes], b[0][lanes], b[1][lanes], arena)
         return out
+
+
+def outward(corners, group, largest=math.inf):
+    """Normals on the outside of triangles that enclose a body, (3, T); zero where both sides may be seen.
+
+    Light from the inside of a body smaller than `largest` is met rarely, so the choice may neglect it.
+
+    Parameters
+    ----------
+    corners : (9, T) float64
+    group : (T,) int
+        What each belongs to. It counts as closed when its vector area vanishes, as a closed surface's does.
+    """
+    v0, v1, v2 = np.asarray(corners, np.float64).reshape(3, 3, -1)
+    across = 0.5 * np.cross(v1 - v0, v2 - v0, axis=0)
+    area = np.linalg.norm(across, axis=0)
+    _, group = np.unique(group, return_inverse=True)
+
+    def total(values):
+        return np.bincount(group, values)
+
+    whole = total(area)
+    middle = np.stack([total(c * area) / whole for c in (v0 + v1 + v2) / 3.0])
+    volume = total((across * (v0 - middle[:, group])).sum(axis=0)) / 3.0
+    left = np.linalg.norm([total(a) for a in across], axis=0)
+    closed = (left < _OPEN * whole) & (np.abs(volume) > _OPEN * whole**1.5) & (np.sqrt(whole) < largest)
+    side = np.where(closed, np.sign(volume), 0.0)
+    return across / area * side[group]

@@ -168,8 +168,11 @@ class PathTrace(Wavefront):
         surface = self.scene.interact(hits, arena.take(paths.o, met), d, arena)
         light = self.scene.emitted(surface, arena)
         if paths.pdf is not None and self._has_lights:
-            distance = hits.t if paths.passed is None else hits.t + paths.passed[met]
-            light_pdf = self.scene.lights.sampler.pdf_prim(surface.prim, d, distance, surface.ng, arena)
+            start, distance = arena.take(paths.o, met), hits.t
+            if paths.passed is not None:
+                passed = paths.passed[met]
+                start, distance = start - d * passed, distance + passed
+            light_pdf = self.scene.lights.sampler.pdf_prim(surface.prim, start, d, distance, arena)
             np.multiply(light, mis_weight(paths.pdf[met], light_pdf, arena), out=light)
         self._arrive(paths, met, light, depth, radiance, arena)
 
@@ -250,15 +253,16 @@ class PathTrace(Wavefront):
         material = arena.take(scene.geometry.material, surface.prim)
         constants = scene.materials.constants(number, "scatter", material, arena)
         lobes = program.lobes_over(surface_context(surface, scene.geometry, arena), constants)
+        shares = mixture.shares(lobes, surface, arena)
         direct = scattered = None
         if light is not None and mixture.is_smooth:
             part = slices(light, start, stop)
-            direct, pdf = mixture.eval_pdf(lobes, surface, part.wi, arena)
+            direct, pdf = mixture.eval_pdf(lobes, surface, part.wi, arena, shares)
             np.multiply(direct, part.weight, out=direct)
             np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
         if sampled is not None:
             u = sampled[:, start:stop]
-            scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena)
+            scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena, shares)
         return direct, scattered
 
     def _add_direct(self, paths, surface, light, direct, depth, radiance, worker):

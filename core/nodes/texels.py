@@ -101,6 +101,7 @@ def read_file(path):
     config.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(path, config)
     if source is None:
+        oiio.geterror()  # or it is printed when the program ends
         return None
     pixels = source.read_image(oiio.FLOAT)
     multiplied = not source.spec().get_int_attribute("oiio:UnassociatedAlpha")
@@ -150,15 +151,19 @@ def _neighbours(coordinate, size, extension, arena):
     np.subtract(t, 0.5, out=t)
     np.floor(t, out=base)
     np.subtract(t, base, out=t)
-    return t, _texel(base, size, extension), _texel(base + 1, size, extension)
+    after = np.add(base, 1, out=arena.empty(base.size))
+    return t, _texel(base, size, extension), _texel(after, size, extension)
 
 
 def _texel(number, size, extension):
-    """Texel number (N,) int32 of an unbounded one (float32)."""
-    if extension == "REPEAT":
-        number = np.mod(number, np.float32(size))
-    elif extension == "MIRROR":
-        number = np.mod(number, np.float32(2 * size))
-        number = np.minimum(number, np.float32(2 * size - 1) - number)
-    number = np.clip(np.nan_to_num(number), 0, size - 1)
+    """Texel number (N,) int32 of an unbounded one (float32), which is spoilt. What is no number is texel 0."""
+    if extension in ("REPEAT", "MIRROR"):
+        period = float(size if extension == "REPEAT" else 2 * size)
+        turns = np.floor(number / np.float32(period))
+        np.multiply(turns, period, out=turns)
+        np.subtract(number, turns, out=number)
+    if extension == "MIRROR":
+        np.minimum(number, np.float32(2 * size - 1) - number, out=number)
+    np.fmax(number, 0, out=number)
+    np.fmin(number, size - 1, out=number)
     return number.astype(np.int32)

@@ -122,15 +122,19 @@ class Line(NamedTuple):
     each: float
     r2: float
 
-    def __call__(self, n):
+    def at(self, n):
+        """Seconds of `n`."""
         return self.start + self.each * n
 
 
 def line(counts, seconds):
-    """Fit a `Line` to times; every point counts by its relative deviation, and no start is below 0."""
+    """Fit a `Line` to times; every point counts by its relative deviation. It starts at 0 where it would fall below.
+
+    So it does where it would not rise, as noisy times of too few samples may not.
+    """
     n, t = np.asarray(counts, float), np.asarray(seconds, float)
     each, start = np.polyfit(n, t, 1, w=1 / t)
-    if start < 0:
+    if start < 0 or each <= 0:
         each, start = float((n / t).sum() / ((n / t) ** 2).sum()), 0.0
     spread = float(((t - t.mean()) ** 2).sum())
     r2 = 1.0 - float(((t - start - each * n) ** 2).sum()) / spread if spread else 1.0
@@ -148,8 +152,10 @@ class Reach(NamedTuple):
 class Convergence:
     """Error and time of a ladder of sample counts.
 
-    Between rungs the error is interpolated on the log-log line from rung to rung; beyond them it goes on from the
-    nearest rung along the slope fitted through all. Seconds are those of the `Line` through the medians.
+    Between rungs the error is interpolated on the log-log line from rung to rung. Beyond them it goes on from the
+    nearest rung as N^-a, a fitted through the last three rungs and kept within [1/2, 1]: what has a variance converges
+    no slower than independent samples in the end, and a few rungs show little of it. Seconds are those of the `Line`
+    through the medians.
 
     Parameters
     ----------
@@ -157,17 +163,23 @@ class Convergence:
         Ascending, at least two.
     errors, seconds : sequence of float
         Of each rung, above 0.
+
+    Attributes
+    ----------
+    slope : float
+        a as fitted.
+    time : Line
     """
 
     def __init__(self, samples, errors, seconds):
         if len(samples) < 2 or min(errors) <= 0 or min(seconds) <= 0:
             raise ValueError("a slope takes two rungs at least, with errors and seconds above 0")
         self._n, self._e = np.log(samples), np.log(errors)
-        self.slope = -float(np.polyfit(self._n, self._e, 1)[0])
+        self.slope = -float(np.polyfit(self._n[-3:], self._e[-3:], 1)[0])
         self.time = line(samples, seconds)
 
     def samples_to(self, error):
-        """(Samples of a pixel, whether extrapolated) for a relative RMSE; infinite where the error does not fall."""
+        """(Samples of a pixel, whether extrapolated) for a relative RMSE; at least 1."""
         target = math.log(error)
         if target <= self._e[-1]:
             at, outside = len(self._e) - 1, target < self._e[-1]
@@ -177,14 +189,13 @@ class Convergence:
             below = int(np.argmax(self._e <= target))
             share = (target - self._e[below - 1]) / (self._e[below] - self._e[below - 1])
             return math.exp(self._n[below - 1] + share * (self._n[below] - self._n[below - 1])), False
-        if self.slope <= 0.05:
-            return (math.inf, True) if outside else (math.exp(self._n[at]), False)
-        return max(1.0, math.exp(self._n[at] - (target - self._e[at]) / self.slope)), outside
+        slope = min(max(self.slope, 0.5), 1.0)
+        return max(1.0, math.exp(self._n[at] - (target - self._e[at]) / slope)), outside
 
     def reach(self, error):
         """The `Reach` of a relative RMSE."""
         samples, outside = self.samples_to(error)
-        return Reach(samples, self.time(samples), outside)
+        return Reach(samples, self.time.at(samples), outside)
 
 
 def geometric_mean(values):

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Curves in a picture. Matplotlib is imported when something is drawn; only ``pip install 'zraka[bench]'`` brings it."""
+"""Curves in a picture.
+
+Matplotlib is imported when something is drawn; only ``pip install 'zraka[bench]'`` brings it.
+"""
 
 from __future__ import annotations
 

@@ -29,9 +29,10 @@ def table(head, rows):
     """A Markdown table, its columns padded: the first to the left, numbers to the right."""
     cells = [list(map(number, row)) for row in (head, *rows)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "| " + " | ".join(c.rjust(w) if k else c.ljust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))) + " |"
-        for row in cells
-    ]
-    rule = "|" + "|".join("-" * (w + 2) if k == 0 else "-" * (w + 1) + ":" for k, w in enumerate(widths)) + "|"
-    return "\n".join([lines[0], rule, *lines[1:]])
+
+    def joined(first, *others):
+        numbers = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
+        return " | ".join(["| " + first.ljust(widths[0]), *numbers]) + " |"
+
+    rule = "|".join(["|" + "-" * (widths[0] + 2), *("-" * (width + 1) + ":" for width in widths[1:])]) + "|"
+    return "\n".join([joined(*cells[0]), rule, *(joined(*row) for row in cells[1:])])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-_BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
+BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
 
 
 class Choice(NamedTuple):
@@ -69,7 +69,7 @@ class DiscreteDistribution:
             np.subtract(rest, start, out=rest)
             np.maximum(width, 1e-30, out=width)
             np.divide(rest, width, out=rest)
-            np.clip(rest, 0.0, _BELOW_ONE, out=rest)
+            np.clip(rest, 0.0, BELOW_ONE, out=rest)
         return Choice(index, arena.take(self.pmf, index), rest)
 
 
@@ -126,7 +126,9 @@ class _Inverse:
         self._bins = 1 << max(self._size - 1, 1).bit_length()
         starts = np.arange(self._bins + 1) / self._bins
         found = [np.searchsorted(row, starts, side="right") - 1 for row in cdf]
-        self._guide = np.minimum(found, self._size - 1).astype(np.int16 if self._size < 1 << 15 else np.int32).reshape(-1)
+        self._guide = (
+            np.minimum(found, self._size - 1).astype(np.int16 if self._size < 1 << 15 else np.int32).reshape(-1)
+        )
 
     def sample(self, row, u, arena):
         """Entry (N,) intp of distribution `row` (N,) (None: the only one), and the place in it (N,) in [0, 1)."""
@@ -152,7 +154,7 @@ class _Inverse:
             np.subtract(end, start, out=end)
             np.subtract(u, start, out=place)
             np.divide(place, end, out=place)
-            np.minimum(place, _BELOW_ONE, out=place)
+            np.minimum(place, BELOW_ONE, out=place)
             np.subtract(low, first, out=low)
         return low, place
 

@@ -12,6 +12,7 @@ import pytest
 
 from zraka.addon.export.scene import export_scene
 from zraka.core import scene as description
+from zraka.core.compile.world import compile_world
 from zraka.core.diagnostics import Diagnostics
 
 
@@ -186,13 +187,109 @@ def test_constant_background(scene):
     assert export(scene).world.radiance == pytest.approx((2, 4, 6))
 
 
-def test_world_texture_is_diagnosed_and_its_shown_colour_used(scene):
+def add_nodes(tree, *names):
+    return [tree.nodes.new(f"ShaderNode{name}") for name in names]
+
+
+def test_environment_texture_comes_as_a_graph(scene):
     tree, background = new_world(scene)
-    sky = tree.nodes.new("ShaderNodeTexEnvironment")
+    sky, mapping, coordinates = add_nodes(tree, "TexEnvironment", "Mapping", "TexCoord")
+    sky.image, sky.projection = bpy.data.images.new("Sky", 4, 2, float_buffer=True), "MIRROR_BALL"
+    mapping.vector_type, mapping.inputs["Rotation"].default_value = "TEXTURE", (0, 0, 1)
+    for source, target in (
+        (coordinates.outputs["Generated"], mapping.inputs["Vector"]),
+        (mapping.outputs[0], sky.inputs[0]),
+    ):
+        tree.links.new(source, target)
     tree.links.new(sky.outputs[0], background.inputs["Color"])
     diagnostics = Diagnostics()
+    world = export(scene, diagnostics).world
+    assert diagnostics.messages() == []
+    assert world.name == "World" and world.nodes[world.surface].op == "background"
+    ops = {node.op: node for node in world.nodes}
+    assert ops["background"].inputs["strength"] == 2
+    assert ops["environment"].properties["projection"] == "MIRROR_BALL"
+    assert ops["environment"].properties["image"].name == "Sky"
+    assert ops["mapping"].properties["vector_type"] == "TEXTURE"
+    assert ops["mapping"].inputs["rotation"] == (0, 0, 1)
+    compiled = compile_world(world, diagnostics)
+    assert compiled.is_black and diagnostics.messages() == []  # a new image is black
+
+
+def test_environment_texture_without_image_is_magenta(scene):
+    tree, background = new_world(scene)
+    (sky,) = add_nodes(tree, "TexEnvironment")
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    diagnostics = Diagnostics()
+    compiled = compile_world(export(scene, diagnostics).world, diagnostics)
+    np.testing.assert_allclose(compiled.mean, (2, 0, 2), rtol=1e-5)
+    (message,) = diagnostics.messages()
+    assert "no image" in message and "world 'World'" in message
+
+
+@pytest.mark.parametrize("packed", [True, False])
+@pytest.mark.parametrize(
+    "kind, depth, stored", [("PNG", "8", 0.21586), ("PNG", "16", 0.21404), ("OPEN_EXR", "32", 0.5), ("HDR", "32", 0.5)]
+)
+def test_pictures_of_all_kinds(scene, tmp_path, packed, kind, depth, stored):
+    """Half grey as stored: sRGB in PNG, linear in the others."""
+    oiio = pytest.importorskip("OpenImageIO")
+    path = str(tmp_path / ("sky." + {"PNG": "png", "OPEN_EXR": "exr", "HDR": "hdr"}[kind]))
+    grey = np.full((8, 16, 3), 128 / 255 if depth == "8" else 0.5, np.float32)
+    oiio.ImageBuf(grey).write(path, {"8": "uint8", "16": "uint16", "32": "float"}[depth])
+    tree, background = new_world(scene, strength=1.0)
+    (sky,) = add_nodes(tree, "TexEnvironment")
+    sky.image = bpy.data.images.load(path)
+    if packed:
+        sky.image.pack()
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    diagnostics = Diagnostics()
+    compiled = compile_world(export(scene, diagnostics).world, diagnostics)
+    np.testing.assert_allclose(compiled.mean, stored, rtol=4e-3)
+    assert diagnostics.messages() == []
+
+
+def test_mixed_backgrounds_fold_to_a_constant(scene):
+    tree, background = new_world(scene, strength=1.0)
+    other, mix = add_nodes(tree, "Background", "MixShader")
+    other.inputs["Color"].default_value = (1, 1, 1, 1)
+    mix.inputs["Fac"].default_value = 0.5
+    tree.links.new(background.outputs[0], mix.inputs[1])
+    tree.links.new(other.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Surface"])
+    compiled = compile_world(export(scene).world, Diagnostics())
+    assert compiled.is_constant
+    np.testing.assert_allclose(compiled.mean, (0.6, 0.7, 0.8))
+
+
+@pytest.mark.parametrize("name", ["TexSky", "LightPath"])
+def test_other_worlds_are_diagnosed_and_the_shown_colour_used(scene, name):
+    tree, background = new_world(scene)
+    (node,) = add_nodes(tree, name)
+    tree.links.new(node.outputs[0], background.inputs["Color"])
+    diagnostics = Diagnostics()
     assert export(scene, diagnostics).world.radiance == pytest.approx((0.4, 0.8, 1.2))
-    assert [m for m in diagnostics.messages() if "world 'World'" in m] == diagnostics.messages() != []
+    (message,) = diagnostics.messages()
+    assert node.bl_label in message and "world 'World'" in message
+
+
+def test_ray_visibility_of_a_world_is_diagnosed(scene):
+    new_world(scene)
+    diagnostics = Diagnostics()
+    scene.world.cycles_visibility.camera = False
+    export(scene, diagnostics)
+    assert diagnostics.messages() == [
+        "ray visibility is not supported; the world is there for camera rays too (world 'World')"
+    ]
+
+
+def test_a_surface_shader_is_no_world(scene):
+    tree, _ = new_world(scene)
+    (glass,) = add_nodes(tree, "BsdfGlass")
+    tree.links.new(glass.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Surface"])
+    diagnostics = Diagnostics()
+    assert export(scene, diagnostics).world.radiance == pytest.approx((0.4, 0.8, 1.2))
+    assert len(diagnostics.messages()) == 1
 
 
 def test_world_without_output_is_black(scene):

@@ -7,7 +7,7 @@ from scipy import stats
 
 from zraka.core.arena import Arena
 from zraka.core.sampling import mis
-from zraka.core.sampling.distributions import DiscreteDistribution
+from zraka.core.sampling.distributions import DiscreteDistribution, Distribution2D
 
 WEIGHTS = [
     [1.0],
@@ -73,6 +73,65 @@ def test_ends_of_the_interval(size):
 def test_nothing_to_choose_from(weights):
     with pytest.raises(ValueError, match="distribution"):
         DiscreteDistribution(weights)
+
+
+def grid(rows=7, columns=300):
+    """Weights of all orders, a black row and many black cells."""
+    weights = np.random.default_rng(9).random((rows, columns)) ** 20
+    weights[2], weights[3, 10:200] = 0.0, 0.0
+    return weights
+
+
+def cells_p(weights, factor=1.0, count=400_000):
+    """p-value of the cells drawn against the probabilities, one of them times `factor`."""
+    distribution = Distribution2D(weights)
+    row, column, _, _ = distribution.sample(*np.random.default_rng(10).random((2, count), np.float32), Arena())
+    observed = np.bincount(row * weights.shape[1] + column, minlength=weights.size)
+    expected = distribution.pmf.astype(np.float64).ravel()
+    assert not observed[expected == 0].any()
+    expected[np.argmax(expected)] *= factor
+    often = expected * count > 20.0
+    observed = np.append(observed[often], observed[~often].sum())
+    expected = np.append(expected[often], expected[~often].sum()) * count
+    return stats.chisquare(observed, expected * count / expected.sum()).pvalue
+
+
+def test_cells_are_drawn_by_their_weights():
+    assert cells_p(grid()) > 1e-3
+    assert cells_p(grid(), 1.2) < 1e-3
+
+
+def test_probabilities_of_cells():
+    weights = grid()
+    pmf = Distribution2D(weights).pmf.astype(np.float64)
+    assert pmf.sum() == pytest.approx(1.0, abs=1e-6)
+    np.testing.assert_allclose(pmf, weights / weights.sum(), atol=2e-7)
+
+
+def test_places_in_cells_are_uniform_and_ordered():
+    u = np.random.default_rng(11).random((2, 100_000), np.float32)
+    row, column, y, x = Distribution2D(grid()).sample(*u, Arena())
+    for place in (x, y):
+        assert place.min() >= 0.0 and place.max() < 1.0
+    assert stats.kstest(y, "uniform").pvalue > 1e-3
+    by_row = np.argsort(u[0])
+    assert (np.diff(row[by_row] + y[by_row].astype(np.float64)) >= 0).all()
+    own = row == row[0]
+    by_column = np.argsort(u[1][own])
+    assert (np.diff((column + x.astype(np.float64))[own][by_column]) >= 0).all()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 5), (512, 1024)])
+def test_ends_of_both_intervals(shape):
+    u = np.array([0.0, np.nextafter(np.float32(1), np.float32(0))], np.float32)
+    row, column, _, _ = Distribution2D(np.ones(shape)).sample(u, u, Arena())
+    assert row.tolist() == [0, shape[0] - 1] and column.tolist() == [0, shape[1] - 1]
+
+
+@pytest.mark.parametrize("weights", [[[0.0]], [[1.0, -1.0]], [[np.inf, 1.0]], [[np.nan]]])
+def test_nothing_to_choose_cells_from(weights):
+    with pytest.raises(ValueError, match="distribution"):
+        Distribution2D(weights)
 
 
 def test_power_heuristic_where_the_textbook_form_is_nan():

@@ -65,9 +65,9 @@ def test_emissive_lookups():
     lights = compile_lights(Scene(Camera()), geometry, [(1, 1, 1)], Diagnostics())
     assert lights.emissive.tolist() == [True, True, True]
     assert lights.has_extended and not lights.has_delta
-    ones = np.ones(3, np.float32)
-    pdf = lights.sampler.pdf_prim(np.arange(3), upward(3), ones, upward(3), Arena())
-    np.testing.assert_allclose(pdf, [1.0, 1.0, 0.0], rtol=1e-6)
+    below = np.repeat(np.array([[0.5], [0.5], [-9]], np.float32), 3, axis=1)
+    pdf = lights.sampler.pdf_prim(np.arange(3), below, upward(3), np.full(3, 10, np.float32), Arena())
+    np.testing.assert_allclose(pdf, [100.0, 100.0, 0.0], rtol=1e-6)  # the two triangles are one panel of area 1
 
 
 def test_emission_that_is_not_finite_is_said():

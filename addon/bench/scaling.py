@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How time grows: with threads, samples, triangles and lights; and what leaving stages out gives."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.report.error import line, noise, weights
+from . import scenes
+from .engines import median, open_blend
+
+SAMPLES = 8
+AMONG_LIGHTS = 0.05  # error whose time the lights are compared by
+
+
+def threads(bench, plan, folder):
+    """One thread and two, both engines, `cornell`: seconds, and how many times faster two are."""
+    scene = open_blend(scenes.find("cornell", folder), plan.percentage)
+    cases = {(side, n): {"side": side, "samples": SAMPLES, "threads": n} for n in (1, 2) for side in bench.sides}
+    runs = bench.alternate(scene, cases, plan.runs)
+    found = {}
+    for side in bench.sides:
+        one, two = (median(runs[side, n]) for n in (1, 2))
+        found[side] = {"seconds": {"1": one, "2": two}, "gain": one / two}
+    return found
+
+
+def samples(bench, plan, folder):
+    """Time of Zraka's path tracing over samples, `cornell`: the line of the thesis' figure 4.6."""
+    scene = open_blend(scenes.find("cornell", folder), plan.percentage)
+    cases = {n: {"side": "zraka", "samples": n} for n in plan.samples}
+    runs = bench.alternate(scene, cases, plan.runs)
+    seconds = [median(runs[n]) for n in plan.samples]
+    return {"samples": list(plan.samples), "seconds": seconds, "line": line(plan.samples, seconds)._asdict()}
+
+
+def features(bench, plan, folder):
+    """Time of Zraka with every stage over that with those the scene needs, `cornell`."""
+    from ...core.compile.features import Feature
+
+    scene = open_blend(scenes.find("cornell", folder), plan.percentage)
+    cases = {
+        "own": {"side": "zraka", "samples": SAMPLES},
+        "all": {"side": "zraka", "samples": SAMPLES, "force_features": Feature.all()},
+    }
+    runs = bench.alternate(scene, cases, plan.runs)
+    own, every = median(runs["own"]), median(runs["all"])
+    return {"own_seconds": own, "all_seconds": every, "gain": every / own}
+
+
+def triangles(bench, plan, folder):
+    """Time of both engines over triangles, hills under a sun; Zraka's building beside it."""
+    rows = []
+    for count in plan.triangles:
+        bench.say(f"{count} triangles")
+        scene = _prepared(scenes.terrain(count), plan)
+        runs = bench.alternate(scene, {side: {"side": side, "samples": SAMPLES} for side in bench.sides}, plan.runs)
+        rows.append({"triangles": count} | {side: _times(runs[side]) for side in bench.sides})
+    return rows
+
+
+def lights(bench, plan, folder):
+    """Time of both engines to 5% of error over point lights.
+
+    The error here is the spread of the timed runs, which are independent, and goes with the root of the samples.
+    """
+    rows = []
+    for count in plan.lights:
+        bench.say(f"{count} lights")
+        scene = _prepared(scenes.lamps(count), plan)
+        runs = bench.alternate(scene, {side: {"side": side, "samples": SAMPLES} for side in bench.sides}, plan.runs)
+        pictures = {side: np.stack([run.picture for run in runs[side]]) for side in bench.sides}
+        weight = weights(np.mean([p.mean(axis=0) for p in pictures.values()], axis=0))
+        row = {"lights": count}
+        for side in bench.sides:
+            spread = float(np.sqrt(noise(pictures[side], weight)))
+            times = _times(runs[side])
+            to_error = times["seconds"] * (spread / AMONG_LIGHTS) ** 2
+            row[side] = times | {"error": spread, "seconds_to_5%": to_error}
+        rows.append(row)
+    return rows
+
+
+def _prepared(scene, plan):
+    scene.render.resolution_percentage = plan.percentage
+    return scene
+
+
+def _times(runs):
+    """Median seconds, and those of Zraka's export and compilation."""
+    found = {"seconds": median(runs)}
+    if runs[-1].seen.stats:
+        build = [run.seen.export_seconds + run.seen.compile_seconds for run in runs]
+        found["build_seconds"] = float(np.median(build))
+    return found
+
+
+STUDIES = {
+    "threads": threads,
+    "samples": samples,
+    "leaving_out": features,
+    "triangles": triangles,
+    "lights": lights,
+}
