@@ -16,7 +16,7 @@ from OpenImageIO import ImageBufAlgo as algo
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = ("cornell", "whitted", "thesis", "room_open", "room_closed", "interior", "many", "spheres")
 METHODS = {"phong": 4, "raycast": 4, "raytrace": 4, "pathtrace": 64}  # samples of each
-CELL, LABEL = 240, 20
+WIDTH, GAP, LABEL = 240, 4, 22
 
 
 def rendered(scene, method):
@@ -28,22 +28,30 @@ def rendered(scene, method):
     return path
 
 
+def shrunk(path):
+    """The picture at `path`, `WIDTH` pixels wide."""
+    picture = oiio.ImageBuf(str(path))
+    height = round(WIDTH * picture.spec().height / picture.spec().width)
+    return algo.resize(picture, roi=oiio.ROI(0, WIDTH, 0, height, 0, 1, 0, 3))
+
+
 def main():
-    """Write docs/figures/methods.png."""
+    """Write docs/figures/methods.jpg."""
     (ROOT / "renders").mkdir(exist_ok=True)
-    sheet = oiio.ImageBuf(oiio.ImageSpec(CELL * len(METHODS), (CELL + LABEL) * len(SCENES), 3, oiio.UINT8))
+    rows = [[shrunk(rendered(scene, method)) for method in METHODS] for scene in SCENES]
+    heights = [row[0].spec().height + LABEL for row in rows]
+    sheet = oiio.ImageBuf(oiio.ImageSpec((WIDTH + GAP) * len(METHODS), sum(heights), 3, oiio.UINT8))
     algo.fill(sheet, (1.0, 1.0, 1.0))
-    for row, scene in enumerate(SCENES):
-        for column, method in enumerate(METHODS):
-            x, y = column * CELL, row * (CELL + LABEL)
-            picture = algo.fit(
-                oiio.ImageBuf(str(rendered(scene, method))), roi=oiio.ROI(0, CELL - 4, 0, CELL - 4, 0, 1, 0, 3)
-            )
-            size = picture.spec()
-            algo.paste(sheet, x + (CELL - size.width) // 2, y + LABEL + (CELL - size.height) // 2, 0, 0, picture)
-            algo.render_text(sheet, x + 4, y + LABEL - 5, f"{scene}, {method}", 13, textcolor=(0.2, 0.2, 0.2))
+    y = 0
+    for scene, row, height in zip(SCENES, rows, heights, strict=True):
+        for column, (method, picture) in enumerate(zip(METHODS, row, strict=True)):
+            x = column * (WIDTH + GAP)
+            algo.render_text(sheet, x + 2, y + LABEL - 5, f"{scene}, {method}", 13, textcolor=(0.2, 0.2, 0.2))
+            algo.paste(sheet, x, y + LABEL, 0, 0, picture)
+        y += height
     target = ROOT / "docs" / "figures" / "methods.jpg"
     target.parent.mkdir(exist_ok=True)
+    sheet.specmod().attribute("Compression", "jpeg:85")
     sheet.write(str(target))
 
 
