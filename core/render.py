@@ -164,24 +164,25 @@ class _Render:
 
 
 def passes(samples):
-    """Yield (first sample, count) of each pass: 1, 1, 2, 4, ... up to a limit."""
+    """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
+
+    Powers of four leave the Sobol points of every pass balanced, and few passes have chunks too small to be worth it.
+    """
     first, count = 0, 1
     while first < samples:
         count = min(count, samples - first)
         yield first, count
         first += count
-        count = min(first, _LONGEST_PASS)
+        count = min(3 * first, _LONGEST_PASS)
 
 
 def _tiles(region, width, side):
-    """[(pixel numbers in the frame, places in the film)] of square tiles, from the middle of the region outwards."""
+    """[(pixel numbers in the frame, places in the film)] of tiles of equal size, from the region's middle outwards."""
     x0, y0, x1, y1 = region
     tiles = []
-    for top in range(y0, y1, side):
-        for left in range(x0, x1, side):
-            x = np.arange(left, min(left + side, x1), dtype=np.int32)
-            y = np.arange(top, min(top + side, y1), dtype=np.int32)[:, None]
-            far = abs(left + side / 2 - (x0 + x1) / 2) + abs(top + side / 2 - (y0 + y1) / 2)
+    for y in np.array_split(np.arange(y0, y1, dtype=np.int32)[:, None], -(-(y1 - y0) // side)):
+        for x in np.array_split(np.arange(x0, x1, dtype=np.int32), -(-(x1 - x0) // side)):
+            far = abs(x.mean() - (x0 + x1) / 2) + abs(y.mean() - (y0 + y1) / 2)
             tiles.append((far, (y * np.int32(width) + x).ravel(), ((y - y0) * (x1 - x0) + (x - x0)).ravel()))
     tiles.sort(key=lambda tile: tile[0])
     return [(pixels, places) for _, pixels, places in tiles]

@@ -28,7 +28,7 @@ class Settings:
     seed, threads : int
         `threads` 0 is one for each processor.
     tile, chunk : int
-        Side of a tile in pixels; lanes that are traced together.
+        Longest side of a tile in pixels; lanes that are traced together.
     time_limit : float
         Seconds after which rendering stops, once every pixel has a sample; 0 is no limit.
     noise_target : float
@@ -52,7 +52,7 @@ class Settings:
     transparent_depth: int = 8
     seed: int = 0
     threads: int = 0
-    tile: int = 128
+    tile: int = 160
     chunk: int = 131072
     time_limit: float = 0.0
     noise_target: float = 0.0

@@ -167,7 +167,7 @@ def test_depth_counts_hits():
 
 def test_passes_grow_and_add_up():
     assert list(passes(1)) == [(0, 1)]
-    assert [count for _, count in passes(11)] == [1, 1, 2, 4, 3]
+    assert [count for _, count in passes(11)] == [1, 3, 7]
     assert max(count for _, count in passes(1000)) == 64
 
 
