@@ -26,7 +26,6 @@ class Film:
 
     def __init__(self, width, height, alpha=False):
         self.width, self.height = width, height
-        self.has_alpha = alpha
         self.samples = 0
         # Two half pictures, whose difference tells the error of their mean.
         self._lock = Lock()

@@ -49,7 +49,7 @@ def render(compiled, settings, on_pass=None, cancelled=None):
 
 class _Render:
     def __init__(self, compiled, settings):
-        self._compiled, self._settings = compiled, settings
+        self._settings = settings
         self._method = METHODS[settings.method](compiled, settings)
         x0, y0, x1, y1 = settings.region
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film)

@@ -30,7 +30,7 @@ class Worker:
     """Memory and counters of one thread.
 
     `output` holds a chunk's radiance, `scratch` what one bounce needs, `states` the lanes that go on: one arena for
-    even and one for odd bounces.
+    even and one for odd bounces. Once `stop` is set, a chunk is given up between two bounces.
     """
 
     output: Arena = field(default_factory=Arena)
