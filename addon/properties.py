@@ -79,8 +79,8 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
     )
     adaptive: BoolProperty(
         name="Adaptive",
-        description="With a noise target: pixels that have reached it take no further samples, "
-        "which saves time where the picture is smooth",
+        description="Give pixels that are noisier than others more of the samples, which are then the mean of all. "
+        "Lowers the error where much of the picture is smooth; where it is noisy all over, nothing is gained",
         default=False,
     )
     clamp_direct: FloatProperty(

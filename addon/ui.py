@@ -82,9 +82,7 @@ class RENDER_PT_zraka_sampling(_Panel, bpy.types.Panel):
         """Draw samples, limits and seed."""
         column.prop(settings, "samples")
         column.prop(settings, "noise_target")
-        adaptive = column.column()
-        adaptive.active = settings.noise_target > 0.0
-        adaptive.prop(settings, "adaptive")
+        column.prop(settings, "adaptive")
         column.prop(settings, "time_limit")
         column.prop(settings, "seed")
 

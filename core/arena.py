@@ -34,7 +34,7 @@ class Arena:
         block = self._blocks[self._block]
         if start + nbytes > block.size:
             block, start = self._next_block(nbytes), 0
-        self._top = start + -(-nbytes // _ALIGN) * _ALIGN
+        self._top = start + -(-nbytes // _ALIGN) * _ALIGN + _ALIGN
         return np.ndarray(shape, dtype, block, start)
 
     def zeros(self, shape, dtype=np.float32):

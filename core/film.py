@@ -74,6 +74,11 @@ class Film:
         with self._lock:
             return self._sums.sum(axis=0) / np.maximum(self._counts.sum(axis=0), 1)
 
+    def counts(self):
+        """Samples of each pixel, (H·W,) int32."""
+        with self._lock:
+            return self._counts.sum(axis=0)
+
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
         out = np.ones((self.height * self.width, 4), np.float32)
@@ -89,16 +94,6 @@ class Film:
         error = np.abs(a - b) / 2
         error[unknown] = np.inf
         return error.reshape(self.height, self.width)
-
-    def noisy(self, target):
-        """Which pixels, or neighbours of theirs, have an error above `target` of the mean luminance, (H·W,) bool.
-
-        One pixel's own estimate is too uncertain to stop it; the largest of its neighbourhood is not.
-        """
-        noisy = self.pixel_error() > target * float(np.mean(luminance(self.mean())))
-        wide = np.pad(noisy, 1)
-        around = [wide[i : i + self.height, j : j + self.width] for i in range(3) for j in range(3)]
-        return np.logical_or.reduce(around).reshape(-1)
 
     def error(self):
         """Estimated relative RMSE: root mean square of the pixels' errors over the picture's mean luminance.

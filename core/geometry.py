@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from .scene import Material
+from .spaces import Objects, View
 
 # Columns of a facet. Corners stand 16 bytes apart, as Embree likes its vertices.
 CORNERS = (slice(0, 3), slice(4, 7), slice(8, 11))
@@ -52,6 +53,10 @@ class Geometry:
         Unit shading normals in world space at the three corners of the smooth triangles.
     uvs : mapping of str to (T, 6) float32
         ``u0 v0 u1 v1 u2 v2`` by name of the map; "" is each mesh's active one. A mesh without the map has zeros.
+    corner_values : mapping to (T, 3 C) float32
+        What else shader nodes read at the triangles' corners (`core.compile.corners`), only what they do read.
+    objects, view : Objects, View, optional
+        What shader nodes know of objects, where they ask, and of the camera.
     """
 
     origin: np.ndarray
@@ -65,6 +70,9 @@ class Geometry:
     materials: tuple[Material, ...]
     normals: np.ndarray
     uvs: dict[str, np.ndarray] = field(default_factory=dict)
+    corner_values: dict = field(default_factory=dict)
+    objects: Objects | None = None
+    view: View | None = None
 
     @classmethod
     def from_arrays(cls, triangles=(), centers=(), radii=(), plane_points=(), plane_normals=(), material=None):

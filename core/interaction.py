@@ -114,6 +114,27 @@ def uv_at(geometry, name, prim, u, v, arena):
     return out
 
 
+def interpolate_rows(table, corners, prim, u, v, arena):
+    """Values (C, N) at hits on triangles, of a table whose `corners` are three slices of columns."""
+    out = arena.empty((corners[0].stop - corners[0].start, prim.size))
+    with arena.frame():
+        rows = _rows(table, prim, arena)
+        _interpolate([rows[:, k] for k in corners], u, v, out, arena)
+    return out
+
+
+def corner_values_at(table, prim, u, v, arena):
+    """Values (C, N) at hits, of a table (T, 3 C) of the triangles' corners; zero on spheres and planes."""
+    count = table.shape[1] // 3
+    if not len(table):
+        return arena.zeros((count, prim.size))
+    out = interpolate_rows(table, [slice(k * count, (k + 1) * count) for k in range(3)], prim, u, v, arena)
+    with arena.frame():
+        beyond = np.greater_equal(prim, len(table), out=arena.empty(prim.size, bool))
+        np.copyto(out, np.float32(0), where=beyond)
+    return out
+
+
 # -- one kind of primitive each ----------------------------------------------------------------------------------------
 
 

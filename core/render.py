@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes × tiles × threads: the loop that fills a film.
+"""Passes × tasks × threads: the loop that fills a film.
 
-A pass adds samples to every pixel; passes grow, so that a picture stands after the first and only improves. Workers
-take chunks (a tile and some sample numbers) until the pass is done. Sums are made in the order of the samples, so the
-picture does not depend on threads, tiles or chunks.
+A pass adds samples to every pixel, or to those that need them most; passes grow, so that a picture stands after the
+first and only improves. Workers take tasks (some pixels and some sample numbers) until the pass is done. Sums are made
+in the order of the samples, so the picture does not depend on threads, tiles or chunks.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ from threading import Event
 
 import numpy as np
 
+from . import adaptive
 from .film import Film
 from .methods import METHODS
 from .methods.wavefront import Chunk, Worker
 
 _POLL = 0.05  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
-_LEAST_SAMPLES = 16  # of every pixel before adaptive sampling leaves any out
+_FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 
 
@@ -53,7 +54,8 @@ class _Render:
         self._method = METHODS[settings.method](compiled, settings)
         x0, y0, x1, y1 = settings.region
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film)
-        self._tiles = _tiles(settings.region, settings.width, settings.tile)
+        self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
+        self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
         self._idle = SimpleQueue()
@@ -82,8 +84,8 @@ class _Render:
         return film
 
     def _pass(self, pool, first, count, on_pass, cancelled):
-        """Add samples to all tiles; says why it stopped early, or None."""
-        waiting = {pool.submit(self._tile, *tile, first, count) for tile in self._noisy_tiles(first)}
+        """Add samples to the pixels; says why it stopped early, or None."""
+        waiting = {pool.submit(self._trace, *task) for task in self._tasks(first, count)}
         total = len(waiting)
         try:
             while waiting:
@@ -104,14 +106,26 @@ class _Render:
                 wait(waiting)
         return None
 
-    def _noisy_tiles(self, first):
-        """The tiles, less the pixels that need no further samples."""
-        settings = self._settings
-        if not (settings.adaptive and settings.noise_target > 0 and first >= _LEAST_SAMPLES):
-            return self._tiles
-        noisy = self._film.noisy(settings.noise_target)
-        kept = [(pixels[noisy[places]], places[noisy[places]]) for pixels, places in self._tiles]
-        return [tile for tile in kept if tile[0].size]
+    def _tasks(self, first, count):
+        """[(pixels, places in the film, first sample, count)] of a pass."""
+        if not (self._adaptive and first >= adaptive.LEAST_SAMPLES):
+            return self._parts(np.arange(self._pixels.size), first, count)
+        film = self._film
+        counts = film.counts()
+        goal = adaptive.targets(counts, adaptive.importance(film), first + count)
+        have, want = counts[self._places], goal[self._places]
+        tasks = []
+        for start, stop in sorted(set(zip(have.tolist(), want.tolist(), strict=True))):
+            if stop > start:
+                tasks += self._parts(np.flatnonzero((have == start) & (want == stop)), start, stop - start)
+        return tasks
+
+    def _parts(self, order, first, count):
+        """Tasks of equal size, about a chunk each, for the pixels `order`."""
+        workers, lanes = len(self._workers), order.size * count
+        number = max(-(-lanes // self._settings.chunk), min(2 * workers, lanes // _FEWEST_LANES), 1)
+        parts = np.array_split(order, -(-number // workers) * workers)
+        return [(self._pixels[part], self._places[part], first, count) for part in parts if part.size]
 
     def _show(self, on_pass, samples):
         self._write_stats()
@@ -121,8 +135,8 @@ class _Render:
         on_pass(self._film, min(done, 1.0))
         self._shown = time.perf_counter()
 
-    def _tile(self, pixels, places, first, count):
-        """Trace a tile's samples, chunk by chunk, into the film."""
+    def _trace(self, pixels, places, first, count):
+        """Trace samples of pixels, chunk by chunk, into the film."""
         settings = self._settings
         at_once = max(1, settings.chunk // pixels.size)
         worker = self._idle.get()
@@ -176,8 +190,11 @@ def passes(samples):
         count = min(3 * first, _LONGEST_PASS)
 
 
-def _tiles(region, width, side):
-    """[(pixel numbers in the frame, places in the film)] of tiles of equal size, from the region's middle outwards."""
+def _in_tiles(region, width, side):
+    """Pixel numbers in the frame and places in the film, square after square, from the region's middle outwards.
+
+    Rays of neighbours meet the same things.
+    """
     x0, y0, x1, y1 = region
     tiles = []
     for y in np.array_split(np.arange(y0, y1, dtype=np.int32)[:, None], -(-(y1 - y0) // side)):
@@ -185,4 +202,5 @@ def _tiles(region, width, side):
             far = abs(x.mean() - (x0 + x1) / 2) + abs(y.mean() - (y0 + y1) / 2)
             tiles.append((far, (y * np.int32(width) + x).ravel(), ((y - y0) * (x1 - x0) + (x - x0)).ravel()))
     tiles.sort(key=lambda tile: tile[0])
-    return [(pixels, places) for _, pixels, places in tiles]
+    _, pixels, places = zip(*tiles, strict=True)
+    return np.concatenate(pixels), np.concatenate(places)

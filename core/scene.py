@@ -54,30 +54,44 @@ class Image:
     ----------
     name : str
         Said in diagnostics.
-    pixels : (H, W, 4) float32 or uint8, or None
-        Row 0 is the bottom row, colours as stored (not yet linear), alpha straight. None: read `filepath`.
+    pixels : (H, W, C) uint8, uint16, float16 or float32, or None
+        Row 0 is the bottom row, colours as stored (not yet linear); grey, grey and alpha, RGB or RGBA. None: read
+        `filepath`.
     filepath : str
         Absolute path, read by OpenImageIO when `pixels` is None.
     colorspace : str
         Blender's name of the colour space: ``"sRGB"``, ``"Non-Color"``, ``"Linear Rec.709"``...
+    alpha_mode : {"AUTO", "STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"}
+        Whether colours are stored times alpha. AUTO: not those of `pixels`, those of a file as its header tells;
+        CHANNEL_PACKED: alpha has nothing to do with them; NONE: alpha is taken to be 1.
+    color_configuration : str
+        Path of the OpenColorIO configuration that defines `colorspace`; not needed for the three spaces above.
+    tiles : mapping of int to Image
+        UDIM tiles by number, from 1001 on; `pixels` and `filepath` are then not read.
     """
 
     name: str
     pixels: np.ndarray | None = None
     filepath: str = ""
     colorspace: str = "sRGB"
+    alpha_mode: str = "AUTO"
+    color_configuration: str = ""
+    tiles: Mapping[int, Image] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Material:
     """A surface: a graph of nodes and the number of the closure node that reaches the output.
 
-    `surface` is None for a material without a surface shader (it renders black, as in Blender).
+    `surface` is None for a material without a surface shader (it renders black, as in Blender). `displacement` is the
+    vector by which its surface is moved, shown as a turned normal. `index` is a number that nodes can read.
     """
 
     name: str
     nodes: tuple[Node, ...] = ()
     surface: int | None = None
+    displacement: Link | None = None
+    index: int = 0
 
     @classmethod
     def single(cls, op, name=None, **inputs):
@@ -124,6 +138,33 @@ class Material:
 
 
 @dataclass(frozen=True, eq=False)
+class Attribute:
+    """Values that shader nodes read by name.
+
+    Parameters
+    ----------
+    values : (n, C) float32
+        C is 1 for a number, 2 or 3 for a vector, 4 for a linear colour with alpha; n by `domain`.
+    domain : {"vertex", "corner", "triangle", "mesh"}
+    """
+
+    values: np.ndarray
+    domain: str = "vertex"
+
+
+@dataclass(frozen=True, eq=False)
+class TextureSpace:
+    """The box of a mesh that generated coordinates span from 0 to 1: centre `location`, half sides `size`.
+
+    `undeformed` (V, 3) are the vertices that are measured in it; None takes the mesh's own.
+    """
+
+    location: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    undeformed: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles in object space.
 
@@ -143,6 +184,13 @@ class Mesh:
         The map used where none is named; "" is the first.
     material_index : (T,) int32, optional
         Slot of each triangle; None is slot 0.
+    texture_space : TextureSpace, optional
+        None is the bounding box of the vertices.
+    attributes : mapping of str to Attribute
+    active_color : str
+        The colour attribute that is read where none is named.
+    edges : (E, 2) int32, optional
+        Vertex numbers; None takes the sides of the triangles.
     """
 
     vertices: np.ndarray
@@ -154,6 +202,27 @@ class Mesh:
     active_uv: str = ""
     material_index: np.ndarray | None = None
     name: str = "mesh"
+    texture_space: TextureSpace | None = None
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    active_color: str = ""
+    edges: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectInfo:
+    """What shader nodes can ask of an object.
+
+    color: with alpha; random: in [0, 1], different for each object and instance; generated, uv: coordinates of the
+    point of the instancer where an instance stands; attributes: colours with alpha by (type, name), where the type is
+    ``"OBJECT"``, ``"INSTANCER"`` or ``"VIEW_LAYER"``.
+    """
+
+    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    index: int = 0
+    random: float = 0.0
+    generated: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    uv: tuple[float, float] = (0.0, 0.0)
+    attributes: Mapping[tuple[str, str], tuple] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +236,7 @@ class Instance:
     transform: np.ndarray = field(default_factory=lambda: IDENTITY)
     materials: tuple[Material | None, ...] = ()
     name: str = "object"
+    info: ObjectInfo = field(default_factory=ObjectInfo)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +247,7 @@ class Spheres:
     radii: np.ndarray
     material: Material | None = None
     name: str = "spheres"
+    info: ObjectInfo = field(default_factory=ObjectInfo)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +258,7 @@ class Plane:
     normal: tuple[float, float, float]
     material: Material | None = None
     name: str = "plane"
+    info: ObjectInfo = field(default_factory=ObjectInfo)
 
 
 # -- lights, in Blender's units (see docs/design.md) -------------------------------------------------------------------

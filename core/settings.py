@@ -28,13 +28,13 @@ class Settings:
     seed, threads : int
         `threads` 0 is one for each processor.
     tile, chunk : int
-        Longest side of a tile in pixels; lanes that are traced together.
+        Side of the squares in which pixels are ordered; lanes that are traced together.
     time_limit : float
         Seconds after which rendering stops, once every pixel has a sample; 0 is no limit.
     noise_target : float
         Relative error at which rendering stops; 0 is off.
     adaptive : bool
-        With `noise_target`: pixels below the target take no further samples.
+        Pixels that are noisier than others take more samples; `samples` is then the mean of all.
     clamp_direct, clamp_indirect : float
         Largest sum of a sample's channels; 0 is off.
     transparent_film : bool
@@ -52,8 +52,8 @@ class Settings:
     transparent_depth: int = 8
     seed: int = 0
     threads: int = 0
-    tile: int = 160
-    chunk: int = 131072
+    tile: int = 32
+    chunk: int = 262144
     time_limit: float = 0.0
     noise_target: float = 0.0
     adaptive: bool = False

@@ -23,7 +23,7 @@ PACKAGE = [p for p in FILES if p.relative_to(ROOT).parts[0] in {"addon", "core"}
 
 # A room may import its own, those on its right in `docs/design.md`, and nothing else. The floor is what all may use.
 FLOOR = {"core.diagnostics", "core.scene", "core.settings", "core.arena"}
-VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction"}
+VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction", "core.spaces"}
 SAMPLING = VECTORS | {"core.sampling"}
 TABLES = SAMPLING | {"core.accel", "core.planes", "core.camera", "core.camera_window"}
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
@@ -40,6 +40,7 @@ MAY_IMPORT = {
     "core.accel": TABLES,
     "core.geometry": VECTORS,
     "core.planes": TABLES,
+    "core.spaces": VECTORS,
     "core.camera": TABLES,
     "core.camera_window": TABLES,
     "core.bsdf": SAMPLING,

@@ -12,9 +12,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from ...core import scene as description
-from . import sockets
+from ...core.nodes import OPERATIONS
+from . import sockets, versions
 from .node_table import NODES, NodeType
 from .sockets import constant, convert, kind
+from .texture_mapping import texture_mapping
 
 
 class Source(NamedTuple):
@@ -56,7 +58,7 @@ class GraphReader:
     place : str
         Said in diagnostics, e.g. ``"material 'Wood'"``.
     images : callable
-        bpy image to core image.
+        bpy image, and its user, to core image.
     diagnostics : Diagnostics
 
     Attributes
@@ -74,7 +76,13 @@ class GraphReader:
         self._frame_numbers = {}
         self._links = {}
         self._numbers = {}
+        self._constant = []
         self._open = set()
+
+    def link(self, socket):
+        """What reaches input `socket` of the root tree as a `Link`, None where nothing does."""
+        value = self._value(self._trace(0, socket))
+        return value if isinstance(value, description.Link) else None
 
     def closure(self, socket):
         """Number of the closure node that reaches input `socket` of the root tree, None where there is none."""
@@ -121,7 +129,7 @@ class GraphReader:
         tree = self._frames[frame].tree
         links = self._links.get(tree.as_pointer())
         if links is None:
-            links = {link.to_socket.as_pointer(): link for link in tree.links if not link.is_muted}
+            links = {link.to_socket.as_pointer(): link for link in tree.links if _counts(link)}
             self._links[tree.as_pointer()] = links
         return links.get(socket.as_pointer())
 
@@ -156,6 +164,7 @@ class GraphReader:
         key = source.frame, source.node.as_pointer()
         self._write(source.frame, source.node)
         output = _output_name(source.socket)
+        output = _node_type(source.node).outputs.get(output, output)
         return self._converted(description.Link(self._numbers[key], output), source.kinds)
 
     def _write(self, frame, node):
@@ -203,25 +212,31 @@ class GraphReader:
         if item.type is None:
             node = self._unsupported(item.bl_node)
         else:
-            node = description.Node(item.type.op, item.inputs, self._properties(item.bl_node, item.type))
+            mapping = texture_mapping(item.bl_node, item.inputs.get("vector"))
+            if mapping is not None:
+                item.inputs["vector"] = description.Link(self._append(mapping), "vector")
+            op = item.type.operation(item.bl_node)
+            node = description.Node(op, item.inputs, self._properties(item.bl_node, item.type))
         self._numbers[item.key] = self._append(node)
 
     def _append(self, node):
+        operation, links = OPERATIONS.get(node.op), (v for v in node.inputs.values() if isinstance(v, description.Link))
+        foldable = operation is not None and operation.foldable and node.op not in versions.LEFT_TO_ENGINES
+        self._constant.append(foldable and all(self._constant[link.node] for link in links))
         self.nodes.append(node)
         return len(self.nodes) - 1
 
     def _properties(self, node, node_type):
-        properties = {}
+        properties = dict(node_type.fixed)
+        if node_type.read is not None:
+            properties |= node_type.read(node)
         for theirs, ours in node_type.properties.items():
             value = getattr(node, theirs, None)
             if value is not None:
-                properties[ours] = self._images(value) if theirs == "image" else value
+                properties[ours] = self._images(value, node.image_user) if theirs == "image" else value
         for name, expected in node_type.expected.items():
             if getattr(node, name, expected) != expected:
                 self._warn(f"setting '{name}' of node '{node.bl_label}' is not supported and ignored")
-        mapping = getattr(node, "texture_mapping", None)
-        if mapping is not None and not _is_identity(mapping):
-            self._warn(f"the texture mapping inside node '{node.bl_label}' is not supported; use a Mapping node")
         return properties
 
     def _unsupported(self, node):
@@ -231,6 +246,8 @@ class GraphReader:
 
     def _converted(self, value, kinds):
         """`value` as it arrives after the conversions along `kinds`, the last of which is its own."""
+        if isinstance(value, description.Link) and not (self._constant[value.node] or versions.groups_convert()):
+            kinds = kinds[0], kinds[-1]
         for to, have in reversed(tuple(pairwise(kinds))):
             if value is None or to == have:
                 continue
@@ -252,6 +269,11 @@ class GraphReader:
 
     def _warn(self, message):
         self._diagnostics.warn(message, self._place)
+
+
+def _counts(link):
+    """Whether a link carries anything: sockets that a node's mode hides are as good as absent."""
+    return not link.is_muted and link.from_socket.enabled and link.to_socket.enabled
 
 
 def _node_type(node):
@@ -284,12 +306,3 @@ def _group_output(tree):
 def _output_name(socket):
     """Name of an output: all closures are called ``"bsdf"``."""
     return "bsdf" if kind(socket) == "shader" else sockets.name(socket)
-
-
-def _is_identity(mapping):
-    return (
-        tuple(mapping.translation) == (0, 0, 0)
-        and tuple(mapping.rotation) == (0, 0, 0)
-        and tuple(mapping.scale) == (1, 1, 1)
-        and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
-    )

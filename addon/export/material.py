@@ -55,9 +55,11 @@ def export_material(material, images, diagnostics):
     if output is None:
         return description.Material(material.name)
     place = f"material '{material.name}'"
-    for name in ("Displacement", "Volume"):
-        if output.inputs[name].is_linked:
-            diagnostics.warn(f"{name.lower()} is not rendered yet", place)
+    if output.inputs["Volume"].is_linked:
+        diagnostics.warn("volume is not rendered yet", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
-    return description.Material(material.name, tuple(reader.nodes), surface)
+    displacement = reader.link(output.inputs["Displacement"])
+    if displacement is not None and material.displacement_method != "BUMP":
+        diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)
+    return description.Material(material.name, tuple(reader.nodes), surface, displacement, material.pass_index)

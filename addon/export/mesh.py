@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...core import scene as description
+from .attributes import active_color, edges_of, export_attributes
 
 
-def export_mesh(obj, name):
+def export_mesh(obj, name, needs):
     """The mesh of an evaluated object in its own space, or None where it has no faces.
 
     Parameters
@@ -21,6 +22,8 @@ def export_mesh(obj, name):
     obj : bpy.types.Object
         Evaluated, with a mesh as data.
     name : str
+    needs : core.compile.needs.Needs
+        What materials read of it, beside what all meshes have.
 
     Returns
     -------
@@ -28,12 +31,12 @@ def export_mesh(obj, name):
     """
     mesh = obj.to_mesh()
     try:
-        return _read(mesh, name)
+        return _read(obj, mesh, name, needs)
     finally:
         obj.to_mesh_clear()
 
 
-def _read(mesh, name):
+def _read(obj, mesh, name, needs):
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     if count == 0:
@@ -51,6 +54,19 @@ def _read(mesh, name):
         active_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
         material_index=_material_index(mesh, count),
         name=name,
+        texture_space=_texture_space(mesh) if needs.generated or needs.tangents else None,
+        attributes=export_attributes(obj, mesh, needs.attributes | needs.colors),
+        active_color=active_color(mesh),
+        edges=edges_of(mesh) if needs.pointiness or needs.island else None,
+    )
+
+
+def _texture_space(mesh):
+    """The box of generated coordinates; in a render Blender keeps the vertices as they were before deformation."""
+    undeformed = _get(mesh.vertices, "undeformed_co", (len(mesh.vertices), 3), np.float32)
+    now = _get(mesh.attributes["position"].data, "vector", undeformed.shape, np.float32)
+    return description.TextureSpace(
+        tuple(mesh.texspace_location), tuple(mesh.texspace_size), None if (undeformed == now).all() else undeformed
     )
 
 

@@ -3,15 +3,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
 from ...core import scene as description
+from ...core.compile.needs import needs_of
 from .camera import export_camera, frame_size, render_border
 from .image import Images
 from .light import export_light
 from .material import Materials
 from .mesh import export_mesh
+from .object_info import ObjectInfos
 from .points import export_points
 from .visibility import diagnose_object
 from .world import export_world
@@ -71,12 +75,14 @@ class _Objects:
 
     def __init__(self, depsgraph, diagnostics):
         self.instances, self.spheres, self.planes, self.lights = [], [], [], []
-        self.images = Images(diagnostics)
+        self.images = Images(diagnostics, depsgraph.scene_eval.frame_current)
         self._materials = Materials(self.images, diagnostics)
         self._override = depsgraph.view_layer_eval.material_override
         self._depsgraph = depsgraph
         self._diagnostics = diagnostics
         self._meshes = {}
+        self._needs = {}
+        self._infos = ObjectInfos(depsgraph)
         self._diagnosed = set()
 
     def add(self, instance):
@@ -85,7 +91,7 @@ class _Objects:
         self._diagnose(instance)
         # Text, curves and metaballs come twice: as what they are and as the mesh made of them. Only the mesh counts.
         if type(data) is bpy.types.Mesh:
-            self._add_mesh(obj, data, _matrix(instance))
+            self._add_mesh(instance, data)
         elif isinstance(data, bpy.types.Light):
             light = export_light(data, _matrix(instance), obj.name, self.images, self._diagnostics)
             if light is not None:
@@ -94,20 +100,36 @@ class _Objects:
             material = self._materials_of(obj, data)[:1] or (None,)
             spheres = export_points(data, _matrix(instance), material[0], obj.name, self._diagnostics)
             if spheres is not None:
-                self.spheres.append(spheres)
+                self.spheres.append(replace(spheres, info=self._info(instance, self._needs_of(material))))
         elif obj.type == "EMPTY":
-            self._add_plane(obj, _matrix(instance))
+            self._add_plane(instance)
         elif obj.type in _NOT_YET:
             self._diagnostics.warn(_NOT_YET[obj.type], f"object '{obj.name}'")
 
-    def _add_mesh(self, obj, data, transform):
+    def _add_mesh(self, instance, data):
+        obj, materials = instance.object, self._materials_of(instance.object, data)
+        needs = self._needs_of(materials)
         # Evaluated meshes live as long as the dependency graph, so their address tells them apart.
         key = data.as_pointer()
-        if key not in self._meshes:
-            self._meshes[key] = export_mesh(obj, data.name)
-        mesh = self._meshes[key]
+        mesh, known = self._meshes.get(key, (None, None))
+        if known is None or not needs <= known:  # other materials on the same mesh may read more of it
+            known = needs if known is None else needs | known
+            mesh = export_mesh(obj, data.name, known)
+            self._meshes[key] = mesh, known
         if mesh is not None:
-            self.instances.append(description.Instance(mesh, transform, self._materials_of(obj, data), obj.name))
+            info = self._info(instance, needs)
+            self.instances.append(description.Instance(mesh, _matrix(instance), materials, obj.name, info))
+
+    def _needs_of(self, materials):
+        """What `materials` read, a `Needs`."""
+        key = tuple(map(id, materials))
+        if key not in self._needs:
+            self._needs[key] = needs_of(m for m in materials if m is not None)
+        return self._needs[key]
+
+    def _info(self, instance, needs):
+        """What nodes can ask of an object, where they do."""
+        return self._infos(instance, needs.object_attributes) if needs.objects else description.ObjectInfo()
 
     def _materials_of(self, obj, data):
         """The material of each slot: the object's where the slot says so, else the data's."""
@@ -120,8 +142,9 @@ class _Objects:
                 materials[index] = slot.material
         return tuple(self._materials(material) for material in materials)
 
-    def _add_plane(self, obj, transform):
+    def _add_plane(self, instance):
         """An empty marked as an infinite plane: its XY plane, the front where its Z axis points."""
+        obj, transform = instance.object, _matrix(instance)
         settings = getattr(obj, "zraka", None)
         if not getattr(settings, "plane", False):
             return
@@ -134,11 +157,10 @@ class _Objects:
         material = getattr(settings, "plane_material", None)
         if material is not None:
             material = material.evaluated_get(self._depsgraph)
-        self.planes.append(
-            description.Plane(
-                tuple(transform[:3, 3].tolist()), tuple(normal.tolist()), self._materials(material), obj.name
-            )
-        )
+        material = self._materials(material)
+        info = self._info(instance, self._needs_of((material,)))
+        point, normal = tuple(transform[:3, 3].tolist()), tuple(normal.tolist())
+        self.planes.append(description.Plane(point, normal, material, obj.name, info))
 
     def _diagnose(self, instance):
         """Settings that are not honoured, said once for an object and for what instances it."""

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from . import versions
+
 _KINDS = {
     "VALUE": "float",
     "INT": "int",
-    "BOOLEAN": "bool",
+    "BOOLEAN": versions.boolean_kind(),
     "RGBA": "color",
     "VECTOR": "vector",
     "SHADER": "shader",
@@ -25,11 +27,15 @@ def name(socket):
 
 
 def constant(socket):
-    """The value shown in the socket: a number or three; None where it shows none."""
-    if socket.hide_value or kind(socket) not in ("float", "int", "bool", "color", "vector"):
+    """The value of the socket: a number or three; None where it has none.
+
+    A vector that is not shown stands for coordinates or a normal; other values count even so, as in Cycles.
+    """
+    own = kind(socket)
+    if own not in ("float", "int", "bool", "color", "vector") or (own == "vector" and socket.hide_value):
         return None
     value = socket.default_value
-    if kind(socket) in ("color", "vector"):
+    if own in ("color", "vector"):
         return tuple(float(v) for v in value[:3])
     return float(value)
 
@@ -39,6 +45,8 @@ def convert(value, source, target):
     if source in ("color", "vector"):
         if target in ("color", "vector"):
             return value
+        if source == "vector" and target == "bool":
+            return float(any(value))
         weights = _LUMINANCE if source == "color" else (1 / 3, 1 / 3, 1 / 3)
         value = sum(v * w for v, w in zip(value, weights, strict=True))
     elif target in ("color", "vector"):

@@ -34,3 +34,37 @@ def exposure(light):
 def normalizes(light):
     """Whether the power is independent of the light's size; always so before 4.5."""
     return getattr(light, "normalize", True)
+
+
+def alpha_mode(image, stored):
+    """How an image's colours go with alpha, as Cycles takes it.
+
+    Since 5.2 the image's setting tells whether they are multiplied; before, it was as they are `stored`: ``"AUTO"``
+    (a file says so itself), ``"STRAIGHT"`` or ``"PREMUL"``.
+    """
+    told = bpy.app.version >= (5, 2) or image.alpha_mode in ("CHANNEL_PACKED", "NONE")
+    return image.alpha_mode if told else stored
+
+
+def voronoi_operation():
+    """The operation of the Voronoi Texture, whose random numbers changed in 5.0."""
+    return "voronoi" if bpy.app.version >= (5, 0) else "voronoi_4"
+
+
+# Operations that Blender does not compute itself, even of constants; measured in 5.0 and 5.2.
+LEFT_TO_ENGINES = {"bright_contrast", "combine_color", "hue_saturation", "invert"}
+LEFT_TO_ENGINES |= {"mapping", "normal", "rgb_to_bw", "separate_color"}
+
+
+def groups_convert():
+    """Whether a value that varies is converted to the types of group sockets that it passes.
+
+    Since 5.0 Blender dissolves groups before the engine sees them, and converts only what it can compute on the way:
+    constants, and what follows from them by most nodes (`LEFT_TO_ENGINES`).
+    """
+    return bpy.app.version < (5, 0)
+
+
+def boolean_kind():
+    """What a boolean socket holds: before 5.0 a whole number, like an integer socket."""
+    return "bool" if bpy.app.version >= (5, 0) else "int"

@@ -47,6 +47,7 @@ def export_world(world, images, diagnostics):
     if unsupported:
         diagnostics.warn(f"world node '{unsupported}' is not supported; a plain colour is used", place)
         return description.World(_shown_background(tree), name=world.name)
+    _diagnose_attributes(reader.nodes, place, diagnostics)
     return description.World(nodes=tuple(reader.nodes), surface=surface, name=world.name)
 
 
@@ -57,6 +58,14 @@ def _diagnose(world, diagnostics):
         if not getattr(visibility, name, True):
             message = f"ray visibility is not supported; the world is there for {name} rays too"
             diagnostics.warn(message, f"world '{world.name}'")
+
+
+def _diagnose_attributes(nodes, place, diagnostics):
+    """Warn of attributes that surfaces know and a world does not."""
+    for node in nodes:
+        if node.op == "attribute" and node.properties.get("attribute_type") == "VIEW_LAYER":
+            name = node.properties.get("attribute_name", "")
+            diagnostics.warn(f"attribute '{name}' of the view layer is not known in a world; 0 is used", place)
 
 
 def _unsupported(nodes, surface):

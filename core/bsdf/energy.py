@@ -5,8 +5,11 @@ The tables in `energy.npz` hold averages of the lobes' own sample weights (`ener
 0 to 1: [index,] roughness = sqrt(α), cosθ; the index is taken as sqrt((η - 1)/(η + 1)) of η >= 1.
 
 - ``reflection`` (32, 32): E of `glossy.Rough`
-- ``glass``, ``glass_inside`` (16, 16, 16): E of `glass.Rough` for η and 1/η
-- ``schlick`` (16, 16, 16): mean of `fresnel.interpolation` over the facets of `dielectric.Rough`
+- ``glass`` (16, 16, 16): E of `glass.Rough` for η
+- ``glass_inside`` (16, 16, 16): the same for 1/η as Cycles has it, measured from its renders by
+  `tests/addon/nodes/measure_glass.py`: at grazing angles it is larger than what the lobe returns, so light stays lost
+- ``schlick`` (16, 16, 16): mean of `fresnel.interpolation` over the samples of `dielectric.Rough`, 0 for those that
+  fail, as in Cycles
 
 Source of the compensation: Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH course 2017.
 """

@@ -23,14 +23,18 @@ def _points(count):
 
 def directional_albedo(lobe, params, cosine, arena, points=_POINTS):
     """Mean sample weight of `lobe` seen at `cosine`, (3,)."""
+    with arena.frame():
+        return _weights(lobe, params, cosine, arena, points).mean(axis=1, dtype=np.float64)
+
+
+def _weights(lobe, params, cosine, arena, points=_POINTS):
+    """Sample weights, (3, points)."""
     u0, u1, uc = _points(points)
     up = np.zeros((3, points), np.float32)
     up[2] = 1.0
     wo = np.zeros((3, points), np.float32)
     wo[0], wo[2] = np.sqrt(1.0 - cosine * cosine), cosine
-    with arena.frame():
-        weight = lobe.sample(params, up, wo, uc, u0, u1, arena).weight
-        return np.broadcast_to(weight, (3, points)).mean(axis=1, dtype=np.float64)
+    return np.broadcast_to(lobe.sample(params, up, wo, uc, u0, u1, arena).weight, (3, points))
 
 
 def _table(size, entry):
@@ -40,7 +44,7 @@ def _table(size, entry):
 
 
 def make():
-    """The tables by name, see `energy`."""
+    """The tables by name, see `energy`; all but ``glass_inside``."""
     arena = Arena()
 
     def ior(z):
@@ -57,8 +61,9 @@ def make():
 
         def entry(alpha, cosine):
             params = {"alpha": alpha, "eta": eta, "f0": f0}
-            s, full, _ = directional_albedo(dielectric.Rough, params, cosine, arena)
-            return s / full
+            with arena.frame():
+                s, full, _ = _weights(dielectric.Rough, params, cosine, arena)
+                return np.divide(s, full, out=np.zeros_like(s), where=full > 0.0).mean(dtype=np.float64)
 
         return entry
 
@@ -67,10 +72,17 @@ def make():
     return {
         "reflection": np.float32(_table(32, reflection)),
         "glass": np.float32([_table(16, transmission(ior(z))) for z in axis]),
-        "glass_inside": np.float32([_table(16, transmission(1.0 / ior(z))) for z in axis]),
         "schlick": np.float32([_table(16, interpolation(ior(z))) for z in axis]),
     }
 
 
+def main():
+    """Write the tables beside those that are not made here."""
+    path = os.path.join(os.path.dirname(__file__), "energy.npz")
+    with np.load(path) as stored:
+        kept = {name: stored[name] for name in stored.files}
+    np.savez_compressed(path, **(kept | make()))
+
+
 if __name__ == "__main__":
-    np.savez_compressed(os.path.join(os.path.dirname(__file__), "energy.npz"), **make())
+    main()

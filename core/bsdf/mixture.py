@@ -16,9 +16,13 @@ import numpy as np
 from ..vecmath import dot
 from .base import BSDFSample, Lobe
 
+ALBEDO = "albedo"
+"""A lobe's parameter that holds its albedo, where that is known before."""
+
 _TINY = 1e-20
 _BELOW_ONE = 1.0 - 2.0**-24
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
+_DIFFUSE = Lobe.REFLECTION | Lobe.DIFFUSE
 _REFRACTS = Lobe.GLOSSY | Lobe.DELTA
 _MAY_BE_DELTA = Lobe.DELTA | Lobe.TRANSMISSION  # rough glass is delta where the indices are equal
 
@@ -106,14 +110,23 @@ def _sample_one(entries, surface, uc, u0, u1, shares, arena):
 def _sample_many(entries, surface, uc, u0, u1, shares, arena):
     """Choose a lobe in each lane, sample it there, then weigh by all."""
     count = uc.size
-    wi, weight, pdf = arena.empty((3, count)), arena.zeros((3, count)), arena.zeros(count)
+    wi, weight, pdf = arena.empty((3, count)), arena.zeros((3, count)), arena.empty(count)
     has_straight = any(Lobe.STRAIGHT in entry[0].flags for entry in entries)
     straight = arena.zeros(count, bool) if has_straight else None
-    np.negative(surface.wo, out=wi)
+    if shares is None:
+        shares = _choice_probabilities(entries, surface, arena)
+    everywhere = _cheapest(entries)
     with arena.frame():
-        if shares is None:
-            shares = _choice_probabilities(entries, surface, arena)
-        for entry, share, lanes, uc_again in _chosen(entries, shares, uc, arena):
+        if everywhere is None:
+            np.negative(surface.wo, out=wi)
+            pdf.fill(0)
+        else:
+            lobe, _, params, n = entries[everywhere]
+            s = lobe.sample(params, surface.ns if n is None else n, surface.wo, uc, u0, u1, arena)
+            np.copyto(wi, s.wi)
+            np.copyto(pdf, s.pdf)
+    with arena.frame():
+        for entry, share, lanes, uc_again in _chosen(entries, everywhere, shares, uc, arena):
             s, color = _sample_lanes(entry, surface, lanes, uc_again, u0, u1, arena)
             for row, values in zip(wi, s.wi, strict=True):
                 row[lanes] = values
@@ -129,13 +142,21 @@ def _sample_many(entries, surface, uc, u0, u1, shares, arena):
     return BSDFSample(wi, weight, pdf, None, straight)
 
 
-def _chosen(entries, shares, uc, arena):
-    """Yield (entry, its share, lanes, `uc` stretched to [0, 1) again) of every lobe that some lane chose."""
+def _cheapest(entries):
+    """Number of a lobe that costs less to sample in every lane than to sample where it was chosen, or None."""
+    diffuse = [k for k, entry in enumerate(entries) if entry[0].flags == _DIFFUSE]
+    return diffuse[-1] if diffuse else None
+
+
+def _chosen(entries, but, shares, uc, arena):
+    """Yield (entry, its share, lanes, `uc` stretched to [0, 1) again) of the lobes, `but` one, that some lane chose."""
     start, end, chosen = arena.zeros(uc.size), arena.zeros(uc.size), arena.empty(uc.size, bool)
     below = arena.empty(uc.size, bool)
     for k, entry in enumerate(entries):
         np.copyto(start, end)
         np.add(end, shares[k], out=end)
+        if k == but:
+            continue
         np.greater_equal(uc, start, out=chosen)
         if k < len(entries) - 1:
             np.logical_and(chosen, np.less(uc, end, out=below), out=chosen)
@@ -154,7 +175,7 @@ def _sample_lanes(entry, surface, lanes, uc, u0, u1, arena):
     """`LobeSample` of one lobe over `lanes`, leaks dropped, and the lobe's colour there."""
     lobe, color, params, n = entry
     n = surface.ns if n is None else n
-    params = {name: _at(value, lanes, arena) for name, value in params.items()}
+    params = {name: _at(value, lanes, arena) for name, value in params.items() if name != ALBEDO}
     normal, wo = _at(n, lanes, arena), arena.take(surface.wo, lanes)
     s = lobe.sample(params, normal, wo, uc, arena.take(u0, lanes), arena.take(u1, lanes), arena)
     ng = normal if n is surface.ng else _at(surface.ng, lanes, arena)
@@ -166,6 +187,13 @@ def _sample_lanes(entry, surface, lanes, uc, u0, u1, arena):
 
 def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
     """Write f/pdf of all lobes, and their density, to the lanes whose `pdf` is neither 0 nor inf."""
+    if not any(_MAY_BE_DELTA & entry[0].flags for entry in entries):
+        # A sample that failed has f = 0, so nothing is to be told apart.
+        _sum_lobes(entries, shares, surface, wi, arena, weight, pdf)
+        with arena.frame():
+            density = np.maximum(pdf, _TINY, out=arena.empty(pdf.shape))
+            np.divide(weight, density, out=weight)
+        return
     with arena.frame():
         smooth, finite = arena.empty(pdf.shape, bool), arena.empty(pdf.shape, bool)
         np.greater(pdf, 0.0, out=smooth)
@@ -209,7 +237,9 @@ def _choice_probabilities(entries, surface, arena):
     with arena.frame():
         t = arena.empty(surface.wo.shape[-1])
         for share, (lobe, color, params, n) in zip(shares, entries, strict=True):
-            bright = lobe.albedo(params, surface.ns if n is None else n, surface.wo, arena)
+            bright = params.get(ALBEDO)
+            if bright is None:
+                bright = lobe.albedo(params, surface.ns if n is None else n, surface.wo, arena)
             share.fill(0)
             for c, y in enumerate(_LUMINANCE):
                 np.multiply(color[c], bright[c] if np.ndim(bright) == 2 else bright, out=t)

@@ -1,20 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's Principled BSDF as a list of lobes.
 
-From the top: transparency by `alpha`; the mix of metal by `metallic`, glass by `transmission_weight`, and a dielectric
-surface over a diffuse base. What the surface reflects, the base does not get. GGX lobes get back the energy that single
-scattering loses where Blender's distribution is "Multiscatter GGX". Emission, coat, sheen and subsurface are the
-caller's.
+From the top: transparency by `alpha`; sheen; a coat; the mix of metal by `metallic`, glass by `transmission_weight`,
+and a dielectric surface over a diffuse base. What a layer reflects, those below do not get. GGX lobes get back the
+energy that single scattering loses where Blender's distribution is "Multiscatter GGX". Subsurface scattering is diffuse
+reflection here. Emission is the caller's.
 
 Source: the Principled node of Cycles 4 and 5, compared by rendering.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ..vecmath import dot
-from . import conductor, dielectric, diffuse, energy, fresnel, glass, microfacet, oren_nayar, transparent
+from . import (
+    coating,
+    conductor,
+    dielectric,
+    diffuse,
+    energy,
+    facets,
+    fresnel,
+    glass,
+    glass_film,
+    metal,
+    microfacet,
+    oren_nayar,
+    sheen,
+    tangents,
+    thin_film,
+    transparent,
+)
+from .base import Lobe
 
 DEFAULTS = {
     "base_color": (0.8, 0.8, 0.8),
@@ -26,6 +45,32 @@ DEFAULTS = {
     "specular_tint": (1.0, 1.0, 1.0),
     "transmission_weight": 0.0,
     "alpha": 1.0,
+    "subsurface_weight": 0.0,
+    "anisotropic": 0.0,
+    "anisotropic_rotation": 0.0,
+    "coat_weight": 0.0,
+    "coat_roughness": 0.03,
+    "coat_ior": 1.5,
+    "coat_tint": (1.0, 1.0, 1.0),
+    "sheen_weight": 0.0,
+    "sheen_roughness": 0.5,
+    "sheen_tint": (1.0, 1.0, 1.0),
+    "thin_film_thickness": 0.0,
+    "thin_film_ior": 1.33,
+}
+
+_SURFACE = ("roughness", "specular_tint")
+_FILM = ("thin_film_thickness", "thin_film_ior")
+_STRETCH = ("anisotropic", "anisotropic_rotation")
+_UP_TO_ONE = ("metallic", "roughness", "transmission_weight", "alpha", "subsurface_weight", "anisotropic")
+_USED = {
+    "sheen": ("sheen_weight", "sheen_roughness", "sheen_tint"),
+    "coat": ("coat_weight", "coat_roughness", "coat_ior", "coat_tint"),
+    "metallic": ("metallic", "base_color", *_SURFACE),
+    "transmission": ("transmission_weight", "base_color", "ior", *_SURFACE),
+    "specular": ("ior", "specular_ior_level", *_SURFACE),
+    "diffuse": ("base_color",),
+    "subsurface": ("base_color", "subsurface_weight"),
 }
 
 
@@ -40,36 +85,65 @@ def lobes_of(constants):
     Returns
     -------
     dict of str to lobe
-        Keys "alpha", "metallic", "transmission", "specular", "diffuse", in the order of the layers.
+        Keys "alpha", "sheen", "coat", "metallic", "transmission", "specular", "diffuse", "subsurface", in this order.
     """
 
-    def never(name, value):
+    def never(name, value=0.0):
         return name in constants and float(np.max(constants[name])) <= value
 
     def always(name, value):
         return name in constants and float(np.min(constants[name])) >= value
 
-    smooth = "roughness" in constants and float(np.max(constants["roughness"])) ** 2 <= microfacet.SMOOTH_ALPHA
+    smooth = never("roughness", microfacet.SMOOTH_ALPHA**0.5)
+    film, stretched = not never("thin_film_thickness", thin_film.THINNEST), not never("anisotropic")
     lobes = {}
     if not always("alpha", 1.0):
         lobes["alpha"] = transparent
-    if never("alpha", 0.0):
+    if never("alpha"):
         return lobes
-    if not never("metallic", 0.0):
-        lobes["metallic"] = conductor.Mirror if smooth else conductor.Rough
-    if always("metallic", 1.0):
-        return lobes
-    if not never("transmission_weight", 0.0):
-        lobes["transmission"] = glass.Smooth if smooth else glass.Rough
-    if always("transmission_weight", 1.0):
-        return lobes
-    if not never("specular_ior_level", 0.0) and not (never("ior", 1.0) and always("ior", 1.0)):
-        lobes["specular"] = dielectric.Mirror if smooth else dielectric.Rough
-    lobes["diffuse"] = diffuse if never("diffuse_roughness", 1e-5) else oren_nayar
+    if not never("sheen_weight"):
+        lobes["sheen"] = sheen
+    if not never("coat_weight"):
+        polished = never("coat_roughness", microfacet.SMOOTH_ALPHA**0.5)
+        lobes["coat"] = dielectric.Mirror if polished else dielectric.Rough
+    lobes |= _surface(never, always, smooth, film, stretched)
     return lobes
 
 
-def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True):
+def _surface(never, always, smooth, film, stretched):
+    """The lobes below sheen and coat."""
+    lobes = {}
+    if not never("metallic"):
+        plain, curve = (conductor, metal.f82_film) if film else (conductor, None)
+        lobes["metallic"] = _reflection(plain, curve, smooth, stretched)
+    if always("metallic", 1.0):
+        return lobes
+    if not never("transmission_weight"):
+        kind = glass_film if film else glass
+        lobes["transmission"] = kind.Smooth if smooth else kind.Rough
+    if always("transmission_weight", 1.0):
+        return lobes
+    unseen = never("specular_ior_level") or (never("ior", 1.0) and always("ior", 1.0))
+    if film or not unseen:
+        lobes["specular"] = _reflection(dielectric, metal.dielectric_film if film else None, smooth, stretched)
+    lobes["diffuse"] = diffuse if never("diffuse_roughness", 1e-5) else oren_nayar
+    if lobes["diffuse"] is oren_nayar and not never("subsurface_weight"):
+        lobes["subsurface"] = diffuse
+    return lobes
+
+
+def inputs_of(lobes):
+    """Names of the inputs that `expand` reads for `lobes`, as `lobes_of` gives them."""
+    names = {"alpha"}
+    for layer, lobe in lobes.items():
+        names.update(_USED.get(layer, ()))
+        names.update(_FILM if _has_film(lobe) else ())
+        names.update(_STRETCH if is_stretched(lobe) else ())
+        names.update(("diffuse_roughness",) if lobe is oren_nayar else ())
+    return names
+
+
+def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=None, coat_normal=None):
     """The lobes of the lanes with weights and parameters, for `mixture.Mixture`.
 
     Parameters
@@ -84,87 +158,172 @@ def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True):
         What `lobes_of` told when the material was compiled; None asks it about the inputs of size one.
     multiscatter : bool
         Blender's distribution "Multiscatter GGX": lobes get back the energy that single scattering loses.
+    tangent : (3, N), optional
+        Direction of anisotropy; without one any will do.
+    coat_normal : (3, N), optional
+        Unit normal of the coat, where it is not `n`.
 
     Returns
     -------
-    list of (lobe, weight (3, N) or (3, 1), params)
+    list of (lobe, weight (3, N) or (3, 1), params, normal (3, N) or None for `n`)
     """
-    x = _clean(inputs)
+    x = cleaned(inputs)
     if lobes is None:
         lobes = lobes_of({name: value for name, value in x.items() if value.shape[-1] == 1})
-    mu = np.maximum(dot(n, wo, arena), 0.0, out=arena.empty(wo.shape[-1]))
-    alpha = np.square(x["roughness"])
-    below = np.ones((3, 1), np.float32)
-    out = []
+    below, out = np.ones((3, 1), np.float32), []
     if "alpha" in lobes:
-        out.append((transparent, below * (1.0 - x["alpha"]), {}))
+        out.append((transparent, below * (1.0 - x["alpha"]), {}, None))
         below = below * x["alpha"]
+    if "sheen" in lobes or "coat" in lobes:
+        upper, below = _coating(lobes, x, n, coat_normal, wo, below, arena)
+        out += upper
+    mu = coating.facing(n, wo, arena)
+    facing = _Facing(mu, np.square(x["roughness"]), _stretch(x, n, tangent, arena, lobes), multiscatter, arena)
     if "metallic" in lobes:
-        out.append(_metal(lobes["metallic"], x, alpha, mu, below, multiscatter, arena))
+        out.append((*_metal(lobes["metallic"], x, facing, below), None))
         below = below * (1.0 - x["metallic"])
     if "transmission" in lobes:
-        out.append(_transmission(lobes["transmission"], x, alpha, mu, front, below, multiscatter, arena))
+        out.append((*_transmission(lobes["transmission"], x, facing, front, below), None))
         below = below * (1.0 - x["transmission_weight"])
     if "specular" in lobes:
-        specular, reflected = _specular(lobes["specular"], x, alpha, mu, below, multiscatter, arena)
-        out.append(specular)
+        specular, reflected = _specular(lobes["specular"], x, facing, below)
+        out.append((*specular, None))
         below = below * np.maximum(1.0 - reflected.max(axis=0), 0.0)
-    if "diffuse" in lobes:
-        params = {}
-        if lobes["diffuse"] is oren_nayar:
-            params = {"roughness": np.minimum(x["diffuse_roughness"], 1.0), "color": np.minimum(x["base_color"], 1.0)}
-        out.append((lobes["diffuse"], below * x["base_color"], params))
-    return out
+    return out + _base(lobes, x, below)
 
 
-def _clean(inputs):
-    """All inputs, defaults filled in, within their ranges."""
+class _Facing(NamedTuple):
+    """What the microfacet layers share: cosine of the view, width of the facets, how they are stretched."""
+
+    mu: np.ndarray
+    alpha: np.ndarray
+    stretch: dict
+    multiscatter: bool
+    arena: object
+
+    def width(self, lobe):
+        """Parameters of the lobe's facets, and the isotropic width that loses as much energy."""
+        if Lobe.DELTA in lobe.flags:
+            return {}, None
+        if not is_stretched(lobe):
+            return {"alpha": self.alpha}, self.alpha
+        params = {"alpha": self.alpha} | self.stretch
+        return params, facets.mean_alpha(params)
+
+
+def _reflection(plain, film_curve, smooth, stretched):
+    """The lobe of a reflecting layer; `plain` is its module, `film_curve` its Fresnel curve under a film, else None."""
+    if stretched and not smooth:
+        return facets.reflection(facets.GGX, film_curve or plain.reflectance)
+    rough, mirror = metal.lobes(film_curve) if film_curve else (plain.Rough, plain.Mirror)
+    return mirror if smooth else rough
+
+
+def is_stretched(lobe):
+    """Whether a lobe's facets take a tangent."""
+    return hasattr(lobe, "facets")
+
+
+def _has_film(lobe):
+    curves = (metal.f82_film, metal.dielectric_film)
+    return getattr(lobe, "reflectance", None) in curves or getattr(lobe, "split", None) is glass_film.split
+
+
+def cleaned(inputs):
+    """All inputs by the names of `DEFAULTS`, which are filled in, within their ranges."""
     x = {}
     for name, default in DEFAULTS.items():
         if name in inputs:
             x[name] = inputs[name]
         else:
             x[name] = np.float32(default).reshape(-1, 1) if isinstance(default, tuple) else np.float32([default])
-        x[name] = np.maximum(x[name], 0.0)
-    for name in ("metallic", "roughness", "transmission_weight", "alpha"):
+        if name != "anisotropic_rotation":
+            x[name] = np.maximum(x[name], 0.0)
+    for name in _UP_TO_ONE:
         x[name] = np.minimum(x[name], 1.0)
     x["ior"] = np.maximum(x["ior"], 1e-5)
     return x
 
 
-def _metal(lobe, x, alpha, mu, below, multiscatter, arena):
+def _coating(lobes, x, n, coat_normal, wo, below, arena):
+    """Entries of sheen and coat, and what is left below them."""
+    sheen_normal, coat_normal_ = coating.normals_of(x, n, coat_normal, arena)
+    out = []
+    if "sheen" in lobes:
+        entry, below = coating.sheen_layer(x, sheen_normal, wo, below, arena)
+        out.append((*entry, None if coat_normal is None else sheen_normal))
+    if "coat" in lobes:
+        entry, below = coating.coat_layer(lobes["coat"], x, coat_normal_, wo, below, arena)
+        out.append((*entry, coat_normal))
+    return out, below
+
+
+def _stretch(x, n, tangent, arena, lobes):
+    """Parameters of anisotropic facets: how much wider they are along the tangent, and the tangent."""
+    if not any(is_stretched(lobe) for lobe in lobes.values()):
+        return {}
+    turns = x["anisotropic_rotation"]
+    if tangent is None:
+        tangent = np.zeros((3, 1), np.float32)
+    elif turns.size > 1 or turns.any():
+        tangent = tangents.rotated(tangent, n, turns, arena)
+    return {"stretch": 1.0 / np.sqrt(1.0 - 0.9 * x["anisotropic"]), "tangent": tangent}
+
+
+def _metal(lobe, x, facing, below):
     """F82-tint metal: base colour at normal incidence, specular tint at the edge."""
     f0, tint = np.minimum(x["base_color"], 1.0), np.minimum(x["specular_tint"], 1.0)
     weight = below * x["metallic"]
-    params = {"f0": f0, "tint": tint}
-    if lobe is conductor.Rough:
-        params["alpha"] = alpha
-        if multiscatter:
-            average = fresnel.f82_average(f0, fresnel.f82_drop(f0, tint))
-            weight = weight * energy.compensation(*energy.reflection(mu, alpha, arena), average)
-    return lobe, weight, params
+    params, alpha = facing.width(lobe)
+    if alpha is not None and facing.multiscatter:
+        average = fresnel.f82_average(f0, fresnel.f82_drop(f0, tint))
+        weight = weight * energy.compensation(*energy.reflection(facing.mu, alpha, facing.arena), average)
+    return lobe, weight, params | {"f0": f0, "tint": tint} | _film(lobe, x)
 
 
-def _transmission(lobe, x, alpha, mu, front, below, multiscatter, arena):
+def _transmission(lobe, x, facing, front, below):
     """Glass whose refraction takes the root of the base colour: a ray crosses the surface twice."""
     ior, white = x["ior"], bool((x["specular_tint"] == 1.0).all())
     tint = np.sqrt(np.minimum(x["base_color"], 1.0))
     inside = np.logical_not(front)
-    params = {"eta": np.where(front, ior, 1.0 / ior), "tint": tint}
+    params, alpha = facing.width(lobe)
+    params |= {"eta": np.where(front, ior, 1.0 / ior), "tint": tint} | _film(lobe, x)
+    if "film" in params:
+        params["film"] = np.where(front, params["film"], params["film"] / ior)
     if not white:
         params["f0"] = np.minimum(fresnel.f0_from_ior(ior) * x["specular_tint"], 1.0)
     weight = below * x["transmission_weight"]
-    if lobe is glass.Rough:
-        params["alpha"] = alpha
-        if multiscatter:
-            dense_side = inside if float(ior.min()) >= 1.0 else inside ^ (ior < 1.0)
-            e, average = energy.glass(mu, alpha, np.maximum(ior, 1.0 / ior), dense_side, arena)
-            weight = weight * energy.compensation(e, average, tint)
+    if alpha is not None and facing.multiscatter:
+        dense_side = inside if float(ior.min()) >= 1.0 else inside ^ (ior < 1.0)
+        e, average = energy.glass(facing.mu, alpha, np.maximum(ior, 1.0 / ior), dense_side, facing.arena)
+        weight = weight * energy.compensation(e, average, tint)
     return lobe, weight, params
 
 
-def _specular(lobe, x, alpha, mu, below, multiscatter, arena):
+def _specular(lobe, x, facing, below):
     """The dielectric surface, and what it reflects of the light, (3, N)."""
+    f0, eta = _specular_index(x)
+    mu, arena, film = facing.mu, facing.arena, _film(lobe, x)
+    params, alpha = facing.width(lobe)
+    params |= {"eta": eta, "f0": f0} | film
+    if alpha is None or film:
+        reflected = lobe.reflectance(params, mu, arena)
+    else:
+        reflected = f0 + (1.0 - f0) * energy.schlick(mu, alpha, eta, arena)
+    weight = below
+    if alpha is not None and facing.multiscatter:
+        e, average = energy.reflection(mu, alpha, arena)
+        real = fresnel.f0_from_ior(eta)
+        share = np.clip((fresnel.dielectric_average(eta) - real) / (1.0 - real), 0.0, 1.0)
+        factor = energy.compensation(e, average, f0 + (1.0 - f0) * share)
+        weight = below * factor
+        # Without compensation, Cycles takes no account of the lost energy: the base gets none of it.
+        reflected = factor * e * reflected
+    return (lobe, weight, params), np.broadcast_to(reflected, (3, reflected.shape[-1]))
+
+
+def _specular_index(x):
+    """Reflectance at normal incidence, (1,), (N,) or tinted (3, ·), and the relative index that goes with it."""
     level, ior = x["specular_ior_level"], x["ior"]
     f0, eta = fresnel.f0_from_ior(ior), ior
     if not (level == 0.5).all():
@@ -172,22 +331,24 @@ def _specular(lobe, x, alpha, mu, below, multiscatter, arena):
         eta = fresnel.ior_from_f0(f0)
         eta = np.where(ior < 1.0, 1.0 / eta, eta)
     f0 = np.minimum(f0 * x["specular_tint"], 1.0)
-    if bool((x["specular_tint"] == 1.0).all()):
-        f0 = f0[0]
-    params = {"eta": eta, "f0": f0}
-    weight = below
-    if lobe is dielectric.Rough:
-        params["alpha"] = alpha
-        reflected = f0 + (1.0 - f0) * energy.schlick(mu, alpha, eta, arena)
-        if multiscatter:
-            e, average = energy.reflection(mu, alpha, arena)
-            real = fresnel.f0_from_ior(eta)
-            share = np.clip((fresnel.dielectric_average(eta) - real) / (1.0 - real), 0.0, 1.0)
-            factor = energy.compensation(e, average, f0 + (1.0 - f0) * share)
-            weight = below * factor
-            # Without compensation, Cycles takes no account of the lost energy: the base gets none of it.
-            reflected = factor * e * reflected
-    else:
-        exact, _ = fresnel.dielectric(mu, eta, arena)
-        reflected = fresnel.mix_to_white(f0, fresnel.interpolation(exact, eta, arena), arena)
-    return (lobe, weight, params), np.broadcast_to(reflected, (3, reflected.shape[-1]))
+    return (f0[0] if bool((x["specular_tint"] == 1.0).all()) else f0), eta
+
+
+def _film(lobe, x):
+    """Parameters of a thin film, none where the lobe has none."""
+    return {"film": x["thin_film_ior"], "thickness": x["thin_film_thickness"]} if _has_film(lobe) else {}
+
+
+def _base(lobes, x, below):
+    """Diffuse reflection; what is scattered below the surface is not rough."""
+    if "diffuse" not in lobes:
+        return []
+    if lobes["diffuse"] is not oren_nayar:
+        return [(diffuse, below * x["base_color"], {}, None)]
+    color = np.minimum(x["base_color"], 1.0)
+    params = {"roughness": np.minimum(x["diffuse_roughness"], 1.0), "color": color}
+    if "subsurface" not in lobes:
+        return [(oren_nayar, below * x["base_color"], params, None)]
+    share = x["subsurface_weight"]
+    rough = (oren_nayar, below * x["base_color"] * (1.0 - share), params, None)
+    return [rough, (diffuse, below * color * share, {}, None)]

@@ -23,6 +23,7 @@ class Feature(enum.Flag):
     SEVERAL_PROGRAMS = enum.auto()
     CLAMP = enum.auto()
     FAR_CLIP = enum.auto()
+    LIGHT_PATH = enum.auto()  # shaders that ask what kind of ray met them
 
     @classmethod
     def all(cls):
@@ -48,6 +49,7 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.SEVERAL_PROGRAMS: len(programs) > 1,
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
         Feature.FAR_CLIP: camera.has_far,
+        Feature.LIGHT_PATH: any("light_path" in p.operations for p in programs),
     }
     found = Feature(0)
     for feature, is_needed in needed.items():

@@ -14,6 +14,9 @@ import numpy as np
 from ..diagnostics import SceneError
 from ..geometry import CORNERS, NORMAL, NORMAL_ROW, Geometry, columns_of, empty_facets, finish_facets
 from ..scene import Material, Mesh
+from .corners import corner_tables
+from .needs import Needs
+from .objects import compile_objects
 
 # Corner normals this near to the face's are the face's: the shading of a flat triangle.
 _FLAT = 1e-4
@@ -32,7 +35,7 @@ class _Placed(NamedTuple):
     rows: slice  # of the facets
 
 
-def compile_geometry(scene, uv_names=(), diagnostics=None):
+def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     """Tables of all that rays can hit in `scene`.
 
     Parameters
@@ -42,6 +45,8 @@ def compile_geometry(scene, uv_names=(), diagnostics=None):
         The UV maps that materials read; "" is each mesh's active map.
     diagnostics : Diagnostics, optional
         Told how many triangles and spheres were left out because they have no area or are not finite.
+    needs : Needs, optional
+        What else materials read.
 
     Returns
     -------
@@ -55,6 +60,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None):
     """
     numbering = _Materials()
     centers, radii = _spheres(scene.spheres)
+    needs = needs or Needs()
     # What is not finite comes out as NaN and is left out below.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         groups, count = _place(scene.instances)
@@ -67,6 +73,8 @@ def compile_geometry(scene, uv_names=(), diagnostics=None):
     names = [x.name for x in (*scene.instances, *scene.spheres, *scene.planes)]
     material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
     uvs = {name: _uvs(groups, name, count) for name in uv_names}
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        corner_values = corner_tables(groups, count, needs)
     if not good.all():
         _tell_dropped(
             "triangles without area or with coordinates that are not finite were left out",
@@ -76,6 +84,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None):
         )
         facets, material, objects = facets[good], material[good], objects[good]
         uvs = {name: table[good] for name, table in uvs.items()}
+        corner_values = {key: table[good] for key, table in corner_values.items()}
 
     round_material, round_objects = _owners(
         scene.spheres, [len(s.radii) for s in scene.spheres], len(scene.instances), numbering
@@ -106,6 +115,8 @@ def compile_geometry(scene, uv_names=(), diagnostics=None):
         materials=tuple(numbering.materials),
         normals=normals,
         uvs=uvs,
+        corner_values=corner_values,
+        objects=compile_objects(scene, origin, numbering.materials) if needs.objects else None,
     )
 
 

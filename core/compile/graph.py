@@ -15,8 +15,13 @@ import numpy as np
 from ..arena import Arena
 from ..nodes import OPERATIONS
 from ..nodes.base import Context, as_vector
+from ..nodes.convert import OPERATIONS as ARITHMETIC
 from ..nodes.convert import to_dimension
+from ..nodes.displaced import beside
 from ..scene import Link
+
+# A graph of thousands of nodes is run over few lanes at a time, so that its memory stays bounded.
+_MOST_VALUES, _FEWEST_LANES = 1 << 24, 1 << 10
 
 
 class Const(NamedTuple):
@@ -34,11 +39,12 @@ class Register(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Instruction:
-    """One operation with its arguments by name."""
+    """One operation with its arguments by name, at the lanes or `step` footprints beside them."""
 
     op: str
     arguments: dict
     properties: dict
+    step: tuple
     key: tuple
 
 
@@ -52,14 +58,28 @@ class Builder:
     diagnostics : Diagnostics
     subject : str
         What diagnostics call it.
+
+    Attributes
+    ----------
+    normal : Const, Register or None
+        What an unlinked normal is; None is the surface's own.
     """
 
     material: object
     diagnostics: object
     subject: str = "material"
     instructions: list = field(default_factory=list)
+    normal: Const | Register | None = None
+    _open: set = field(default_factory=set)
     _known: dict = field(default_factory=dict)
     _shared: dict = field(default_factory=dict)
+    _linked: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        nodes = self.material.nodes
+        ends = [v for node in nodes for v in node.inputs.values()]
+        for link in (v for v in (*ends, getattr(self.material, "displacement", None)) if isinstance(v, Link)):
+            self._linked.setdefault(id(nodes[link.node]), set()).add(link.output)
 
     @property
     def place(self):
@@ -68,16 +88,23 @@ class Builder:
 
     def node_outputs(self, index):
         """Outputs of node `index`, a mapping of names to values; nodes below it were visited before."""
+        if index in self._open:
+            op = self.material.nodes[index].op
+            self.diagnostics.warn(f"the node graph has a loop; it is cut at node '{op}'", self.place)
+            return None
         if index not in self._known:
-            self._known[index] = self._visit(self.material.nodes[index])
+            self._open.add(index)
+            self._known[index] = self.visit(self.material.nodes[index])
+            self._open.discard(index)
         return self._known[index]
 
     def value(self, given, default):
         """The value of an input: a link followed, a constant, or the operation's `default`."""
         if isinstance(given, Link):
-            outputs = self.node_outputs(given.node)
-            self._tell(self.material.nodes[given.node].op, given.output)
-            given = outputs.get(given.output) if outputs else None
+            outputs, op = self.node_outputs(given.node), self.material.nodes[given.node].op
+            self._tell(op, given.output)
+            is_normal = self.normal is not None and (op, given.output) == ("geometry", "normal")
+            given = self.normal if is_normal else outputs.get(given.output) if outputs else None
         if isinstance(given, Const | Register):
             return self._fit(given, default)
         if given is None:
@@ -89,7 +116,8 @@ class Builder:
         outputs = self._apply(op, arguments, {})
         return next(iter(outputs.values()))
 
-    def _visit(self, node):
+    def visit(self, node):
+        """Outputs of a node, which need not be one of the graph's."""
         operation = OPERATIONS.get(node.op)
         if operation is None:
             label = node.properties.get("label", node.op)
@@ -98,13 +126,52 @@ class Builder:
             )
             return None
         arguments = {name: self.value(node.inputs.get(name), default) for name, default in operation.inputs.items()}
+        if node.op in ARITHMETIC and None in arguments.values():
+            return None  # what it reads is unknown, so whoever reads it takes a default
         for name, value in arguments.items():
             if value is None:
                 self._tell(node.op, name)
+        if "normal" in arguments and arguments["normal"] is None:
+            arguments["normal"] = self.normal
         properties = dict(node.properties)
         if operation.prepare is not None:
+            properties["linked"] = self._linked.get(id(node), ())
             properties = operation.prepare(properties, self.diagnostics, self.place)
+            properties.pop("linked", None)
+        if operation.displaced:
+            self._displace(operation, arguments, properties)
         return self._apply(node.op, {k: v for k, v in arguments.items() if v is not None}, properties)
+
+    def _displace(self, operation, arguments, properties):
+        """Add the values of the displaced input one and two steps aside, and the steps' width."""
+        name = operation.displaced
+        width = arguments.pop("filter_width")
+        if isinstance(width, Register):
+            self.diagnostics.warn("a linked filter width of a Bump node has no effect", self.place)
+            width = Const(as_vector(operation.inputs["filter_width"]))
+        properties["width"] = width = max(float(width.value[0]), 1e-6)
+        arguments[f"{name}_x"] = self._beside(arguments[name], (width, 0.0))
+        arguments[f"{name}_y"] = self._beside(arguments[name], (0.0, width))
+
+    def _beside(self, value, step):
+        """`value` as it is `step` footprints beside the lanes.
+
+        What another bump makes stays as it is here, as in Cycles: slopes of slopes are not taken.
+        """
+        if not isinstance(value, Register):
+            return value
+        moved = {}
+        for index in _live(self.instructions, [value]):
+            old = self.instructions[index]
+            if OPERATIONS[old.op].displaced:
+                moved[index] = index
+                continue
+            arguments = {
+                n: Register(moved[v.index], v.output) if isinstance(v, Register) else v
+                for n, v in old.arguments.items()
+            }
+            moved[index] = self._append(old.op, arguments, old.properties, step)
+        return Register(moved[value.index], value.output)
 
     def _tell(self, op, socket):
         """Say what `socket` of an operation asks for and does not get."""
@@ -119,11 +186,15 @@ class Builder:
             inputs = {name: v.value for name, v in arguments.items()}
             outputs = operation.run(context, inputs, properties)
             return {name: Const(np.array(v, np.float32)) for name, v in outputs.items()}
-        key = (op, tuple((n, _key(v)) for n, v in arguments.items()), _property_key(properties))
+        return _Outputs(self._append(op, arguments, properties, (0.0, 0.0)))
+
+    def _append(self, op, arguments, properties, step):
+        """Number of the instruction that does this."""
+        key = (op, tuple((n, _key(v)) for n, v in arguments.items()), _property_key(properties), step)
         index = self._shared.setdefault(key, len(self.instructions))
         if index == len(self.instructions):
-            self.instructions.append(Instruction(op, arguments, properties, key))
-        return _Outputs(index)
+            self.instructions.append(Instruction(op, arguments, properties, step, key))
+        return index
 
     def _fit(self, value, default):
         dimension = None if default is None else (3 if isinstance(default, tuple) else 1)
@@ -151,6 +222,33 @@ class _Outputs(dict):
         return iter((Register(self._index, "value"),))
 
 
+class Constants:
+    """Rows of a table of constants (C, M) over lanes; what is the same in all rows stays constant.
+
+    Parameters
+    ----------
+    table : (C, M) float32
+    rows : (N,) int32 or None
+        None where there is one row.
+    arena : Arena
+    """
+
+    def __init__(self, table, rows, arena):
+        self._table, self.rows, self._arena = table, rows, arena
+
+    @property
+    def shape(self):
+        """(C, N), or (C, 1)."""
+        return len(self._table), 1 if self.rows is None else self.rows.size
+
+    def __getitem__(self, index):
+        """Number or slice `index` of the constants, (N,) or (·, N); with a slice of lanes, `Constants` of these."""
+        if isinstance(index, tuple):
+            return Constants(self._table, self.rows[index[1]], self._arena)
+        part = self._table[index]
+        return part if self.rows is None else self._arena.take(part, self.rows)
+
+
 class Code:
     """Straight-line code that computes `results` of a builder, with constants in a table.
 
@@ -158,6 +256,11 @@ class Code:
     ----------
     builder : Builder
     results : mapping of hashable to Const or Register
+
+    Attributes
+    ----------
+    operations : frozenset of str
+        Names of those that run.
     """
 
     def __init__(self, builder, results):
@@ -173,13 +276,15 @@ class Code:
                 name: (self._place(v, number), _dimension(operation.inputs[name]))
                 for name, v in instruction.arguments.items()
             }
-            self._steps.append((operation.run, arguments, instruction.properties))
-        self._results = {name: self._place(v, number) for name, v in results.items()}
+            self._steps.append((operation.run, arguments, instruction.properties, instruction.step))
+        self.operations = frozenset(builder.instructions[i].op for i in used)
+        self._beside = {step for *_, step in self._steps} - {(0.0, 0.0)}
+        self.results = {name: self._place(v, number) for name, v in results.items()}
         self.row = np.concatenate(self._constants) if self._constants else np.zeros(0, np.float32)
         self.key = (
-            tuple((builder.instructions[i].op, builder.instructions[i].key[2]) for i in used),
-            tuple(tuple(a.items()) for _, a, _ in self._steps),
-            tuple(self._results.items()),
+            tuple((builder.instructions[i].op, *builder.instructions[i].key[2:]) for i in used),
+            tuple(tuple(a.items()) for _, a, *_ in self._steps),
+            tuple(self.results.items()),
         )
 
     @property
@@ -187,9 +292,33 @@ class Code:
         """Whether the results are the same at every point of a material."""
         return not self._steps
 
-    def run(self, context, constants):
-        """Results over lanes; `constants` is (C, N), or (C, 1) when all lanes share one row."""
+    def constant(self, place, table):
+        """The value (M,) or (3, M) of `place` in all rows of `table` (C, M); None where it is computed."""
+        kind, index, part = place
+        return None if kind != "constant" else table[index] if part == 1 else table[index : index + 3]
+
+    def run(self, context, constants, wanted=None):
+        """Results over lanes, those whose names are in `wanted` (None: all).
+
+        `constants` are `Constants` or an array (C, N), or (C, 1) when all lanes share one row.
+        """
+        if len(self._steps) * context.count <= _MOST_VALUES:
+            return self._run(context, constants, wanted)
+        size, parts = max(_MOST_VALUES // len(self._steps), _FEWEST_LANES), []
+        for start in range(0, context.count, size):
+            lanes = slice(start, min(start + size, context.count))
+            with context.arena.frame():
+                own = constants if constants.shape[-1] == 1 else constants[:, lanes]
+                found = self._run(context.at(lanes), own, wanted)
+                count = lanes.stop - lanes.start
+                parts.append({name: np.array(np.broadcast_to(v, (*v.shape[:-1], count))) for name, v in found.items()})
+        return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in found}
+
+    def _run(self, context, constants, wanted):
         registers = []
+        contexts = {(0.0, 0.0): context}
+        if self._beside:
+            contexts |= beside(context, self._beside)
 
         def fetch(place):
             kind, index, part = place
@@ -197,13 +326,14 @@ class Code:
                 return constants[index] if part == 1 else constants[index : index + 3]
             return registers[index][part]
 
-        for run, arguments, properties in self._steps:
-            inputs = {}
-            for name, (place, dimension) in arguments.items():
-                value = fetch(place)
-                inputs[name] = value if dimension is None else to_dimension(value, dimension, context.arena)
-            registers.append(run(context, inputs, properties))
-        return {name: fetch(place) for name, place in self._results.items()}
+        with np.errstate(all="ignore"):  # what is not finite goes through: the film leaves it out and counts it
+            for run, arguments, properties, step in self._steps:
+                inputs = {}
+                for name, (place, dimension) in arguments.items():
+                    value = fetch(place)
+                    inputs[name] = value if dimension is None else to_dimension(value, dimension, context.arena)
+                registers.append(run(contexts[step], inputs, properties))
+            return {name: fetch(place) for name, place in self.results.items() if wanted is None or name in wanted}
 
     def _place(self, value, number):
         if isinstance(value, Register):
@@ -258,6 +388,5 @@ def _key(value):
 
 
 def _property_key(properties):
-    return tuple(
-        sorted((name, v if isinstance(v, str | int | float | bool) else id(v)) for name, v in properties.items())
-    )
+    plain = str | int | float | bool | tuple
+    return tuple(sorted((name, v if isinstance(v, plain) else id(v)) for name, v in properties.items()))

@@ -79,7 +79,10 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
         builder.add(light)
     emissive, surfaces = _emissive_surfaces(geometry, emission_of_material, builder)
     kinds = builder.kinds() + surfaces
-    environment = compile_world(scene.world, diagnostics)
+    environment = compile_world(scene.world, diagnostics, geometry.view)
+    if not environment.is_constant and environment.suns is not None:
+        suns = environment.suns
+        builder.classic += [ParallelLight(*sun) for sun in zip(suns.axis.T, suns.irradiance.T, strict=True)]
     if not environment.is_constant and environment.is_sampled:
         kinds.append(environment)
     sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment)

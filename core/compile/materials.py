@@ -7,16 +7,23 @@ A program has three separate codes, so that each user pays for what it needs: `s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ..arena import Arena
+from ..bsdf.base import Lobe
+from ..bsdf.bumped import SMOOTH, bumped
 from ..bsdf.mixture import Mixture
+from ..bsdf.shading_normal import lifted_normal, unit_normal
 from ..nodes.base import Context, as_vector
 from ..nodes.closures import CLOSURES
-from ..scene import Link
-from .graph import Builder, Code, Const, post_order
+from ..scene import Link, Node
+from .angular import tabulate
+from .graph import Builder, Code, Const, Constants, post_order
+
+_OWN = ("weight", "normal", "base_normal")  # inputs that are not the closure's alone
 
 
 @dataclass(eq=False)
@@ -27,7 +34,7 @@ class Program:
     ----------
     closures : tuple of (Closure, {layer: lobe}, properties)
         What scatters.
-    scatter, emission, transparency : Code or None
+    scatter, emission, transparency, holdout : Code or None
         None where the material does no such thing.
     """
 
@@ -35,19 +42,57 @@ class Program:
     scatter: Code
     emission: Code | None
     transparency: Code | None
+    holdout: Code | None = None
 
     def __post_init__(self):
         self.mixture = Mixture(lobe for _, lobes, _ in self.closures for lobe in lobes.values())
+        self._tables = [None] * len(self.closures)
+        self._wanted = None
+
+    @property
+    def operations(self):
+        """Names of all operations that some code of it runs."""
+        return frozenset().union(
+            *(c.operations for c in (self.scatter, self.emission, self.transparency, self.holdout) if c)
+        )
+
+    def tabulate(self, table):
+        """Tabulate the closures that follow from material and angle; `table` (C, M) are the constants of all materials.
+
+        The constants of these closures are then asked for no more.
+        """
+        wanted = set(self.scatter.results)
+        for number, (closure, lobes, properties) in enumerate(self.closures):
+            inputs = {name: place for (owner, name), place in self.scatter.results.items() if owner == number}
+            if closure.by_angle is None or not closure.by_angle(lobes, inputs):
+                continue
+            constants = {
+                name: self.scatter.constant(place, table) for name, place in inputs.items() if name not in _OWN
+            }
+            varying = [name for name, value in constants.items() if value is None]
+            if varying in ([], [closure.color]):
+                known = {name: value for name, value in constants.items() if value is not None}
+                self._tables[number] = tabulate(closure, lobes, properties, known, *varying)
+            if self._tables[number] is not None:
+                wanted -= {(number, name) for name in known}
+        self._wanted = wanted
 
     def lobes_over(self, context, constants):
         """[(lobe, weight, params, n)] of the lanes, in the order of `mixture.lobes`."""
-        values = self.scatter.run(context, constants)
+        values = self.scatter.run(context, constants, self._wanted)
         found = []
         for number, (closure, lobes, properties) in enumerate(self.closures):
             inputs = {name: v for (owner, name), v in values.items() if owner == number}
             weight = inputs.pop("weight")
-            for lobe, color, params, n in closure.build(context, inputs, lobes, properties):
-                found.append((lobe, _scaled(color, weight, context.arena), params, n))
+            turned, given = inputs.pop("normal", None), inputs.pop("base_normal", None)
+            build = partial(closure.build, lobes=lobes, properties=properties)
+            if self._tables[number] is not None:
+                build = partial(self._tables[number].build, rows=constants.rows)
+            if turned is None and given is None:
+                entries = build(context, inputs)
+            else:
+                entries = _on_normals(build, context, inputs, lobes, turned, given)
+            found += [(lobe, _scaled(color, weight, context.arena), params, n) for lobe, color, params, n in entries]
         return found
 
 
@@ -71,11 +116,10 @@ class Materials:
     _tables: list
 
     def constants(self, number, kind, material, arena):
-        """Constants of code `kind` of program `number` for lanes of the given `material` (N,); (C, 1) when shared."""
+        """`Constants` of code `kind` of program `number` for lanes of the given `material` (N,)."""
         table = self._tables[number][kind]
-        if table.shape[1] == 1 or table.shape[0] == 0:
-            return table
-        return arena.take(table, arena.take(self.row_of, material))
+        rows = None if table.shape[1] == 1 else arena.take(self.row_of, material)
+        return Constants(table, rows, arena)
 
     def groups(self, material, arena):
         """Yield (program number, lanes) of the programs that occur; lanes is None when there is one program."""
@@ -98,57 +142,49 @@ def compile_materials(materials, diagnostics):
         number = known.setdefault(key, len(programs))
         if number == len(programs):
             programs.append(program)
-            rows.append({"scatter": [], "emission": [], "transparency": []})
+            rows.append({"scatter": [], "emission": [], "transparency": [], "holdout": []})
         for kind, kept in rows[number].items():
             code = getattr(program, kind)
             kept.append(code.row if code else np.zeros(0, np.float32))
         program_of[m], row_of[m] = number, len(rows[number]["scatter"]) - 1
     tables = [{kind: _table(kept) for kind, kept in group.items()} for group in rows]
+    for program, table in zip(programs, tables, strict=True):
+        program.tabulate(table["scatter"])
     compiled = Materials(tuple(programs), program_of, row_of, [], tables)
     compiled.emission = [_emission(compiled, m) for m in range(len(materials))]
     return compiled
 
 
-def uv_maps_of(materials):
-    """Names of the UV maps that materials may read, a set; "" is the active one."""
-    names = set()
-    for material in materials:
-        for node in material.nodes:
-            if node.op == "uv_map":
-                names.add(node.properties.get("uv_map", ""))
-            elif node.op in ("tex_coord", "image", "checker"):
-                names.add("")
-    return names
-
-
 def compile_program(material, diagnostics, subject="material"):
     """The `Program` of a material or world, and a key that is equal for programs that do the same."""
     builder = Builder(material, diagnostics, subject)
-    scatter, emission, transparency, closures = {}, [], [], []
+    builder.normal = _displaced_normal(material, builder)
+    scatter, emission, transparency, holdout, closures = {}, [], [], [], []
     for closure, weight, inputs, properties in _closures(material, builder):
         constants = {name: v.value for name, v in inputs.items() if isinstance(v, Const)}
         linked = set(inputs) - set(constants)
-        closure.diagnose(constants, linked, diagnostics, builder.place)
-        if "normal" in linked:
-            diagnostics.warn(f"{closure.name}: a linked normal is not supported and has no effect", builder.place)
+        closure.diagnose(constants, linked, properties, diagnostics, builder.place)
         lobes = closure.lobes(constants, properties)
         if lobes:
             number = len(closures)
             closures.append((closure, lobes, properties))
-            scatter |= {(number, name): v for name, v in inputs.items() if name != "normal"}
+            used = inputs if closure.used is None else closure.used(lobes) | {"base_normal"}
+            scatter |= {(number, name): v for name, v in inputs.items() if name in used}
             scatter[number, "weight"] = weight
-        emission += _product(builder, weight, closure.emission, inputs)
+        emission += _covered(builder, closure, constants, inputs, _product(builder, weight, closure.emission, inputs))
         transparency += _product(builder, weight, closure.transparency, inputs)
+        holdout += [weight] if closure.is_holdout else []
     code = Code(builder, scatter)
-    light, clear = _sum(builder, emission), _sum(builder, transparency)
+    light, clear, hole = _sum(builder, emission), _sum(builder, transparency), _sum(builder, holdout)
     light = Code(builder, {"Le": light}) if light is not None else None
     clear = Code(builder, {"T": clear}) if clear is not None else None
+    hole = Code(builder, {"H": hole}) if hole is not None else None
     structure = tuple(
         (c.name, tuple((layer, id(lobe)) for layer, lobe in lobes.items()), properties.get("distribution"))
         for c, lobes, properties in closures
     )
-    key = (structure, code.key, light and light.key, clear and clear.key)
-    return Program(tuple(closures), code, light, clear), key
+    key = (structure, code.key, light and light.key, clear and clear.key, hole and hole.key)
+    return Program(tuple(closures), code, light, clear, hole), key
 
 
 def _closures(material, builder):
@@ -191,7 +227,44 @@ def _leaf(node, weight, builder):
         builder.diagnostics.warn(f"shader '{label}' is not supported; a grey diffuse surface is shown", builder.place)
         return CLOSURES["diffuse"], weight, {"color": Const(as_vector(0.8)), "roughness": Const(as_vector(0.0))}, {}
     inputs = {name: builder.value(node.inputs.get(name), default) for name, default in closure.inputs.items()}
+    if "normal" in inputs and inputs["normal"] is None:
+        inputs["base_normal"] = builder.normal
     return closure, weight, {name: v for name, v in inputs.items() if v is not None}, dict(node.properties)
+
+
+def _displaced_normal(material, builder):
+    """The normal of a surface that the material moves, None where it moves nothing."""
+    link = getattr(material, "displacement", None)
+    if link is None:
+        return None
+    for index in post_order(material.nodes, link.node):
+        builder.node_outputs(index)
+    if isinstance(builder.value(link, (0.0, 0.0, 0.0)), Const):
+        return None
+    return builder.visit(Node("displaced_normal", {"displacement": link})).get("normal")
+
+
+def _is_diffuse(lobe):
+    return lobe.flags == Lobe.REFLECTION | Lobe.DIFFUSE
+
+
+def _on_normals(build, context, inputs, lobes, turned, given):
+    """What `build` makes on the normal `turned` by a node, or, where that is None, on the surface's displaced one.
+
+    Diffuse reflection takes the normal as it is, the rest one that mirrors the viewer's ray to above the surface. Where
+    a node has turned it, diffuse reflection is softened. All this is as in Cycles.
+    """
+    s, arena = context.surface, context.arena
+    raw = unit_normal(given if turned is None else turned, s.ns, arena)
+    n = raw if all(_is_diffuse(lobe) for lobe in lobes.values()) else lifted_normal(raw, s.ng, s.wo, arena)
+    entries = build(replace(context, surface=s._replace(ns=n)), inputs)
+    for lobe, color, params, own in entries:
+        if not _is_diffuse(lobe):
+            yield lobe, color, params, n if own is None else own
+        elif turned is None:
+            yield lobe, color, params, raw if own is None else own
+        else:
+            yield bumped(lobe), color, params | {SMOOTH: s.ns}, raw if own is None else own
 
 
 def _product(builder, weight, factors, inputs):
@@ -206,6 +279,16 @@ def _product(builder, weight, factors, inputs):
             part = builder.emit("complement", a=part)
         value = _times(builder, value, part)
     return [] if _is_zero(value) else [value]
+
+
+def _covered(builder, closure, constants, inputs, values):
+    """`values` as they are seen through what lies over them in the closure."""
+    cover = closure.cover(constants) if closure.cover and values else None
+    if cover is None:
+        return values
+    operation, names = cover
+    share = builder.emit(operation, **{name: inputs[name] for name in names if name in inputs})
+    return [_times(builder, value, share) for value in values]
 
 
 def _sum(builder, values):

@@ -3,20 +3,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..accel import Accel
+from ..accel import Accel, Hits
 from ..arena import Arena
 from ..camera import CameraRays
+from ..geometry import NORMAL
 from ..interaction import make_interact
-from ..nodes.base import Context
+from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, Context
 from ..sampling.sampler import Sampler
+from ..spaces import View
 from .features import Feature, features_of, names
 from .geometry import compile_geometry
 from .lights import compile_lights
-from .materials import compile_materials, uv_maps_of
+from .materials import compile_materials
+from .needs import needs_of
 
 _MEAN_POINTS = 4096  # points at which a textured emitter's mean radiance is estimated
 
@@ -60,7 +64,10 @@ class CompiledScene:
 
     def __init__(self, scene, settings, diagnostics, force_features=None):
         self.diagnostics = diagnostics
-        self.geometry = compile_geometry(scene, uv_maps_of(_materials_of(scene)), diagnostics)
+        needs = needs_of(_materials_of(scene))
+        geometry = compile_geometry(scene, needs.uvs, diagnostics, needs)
+        view = View(scene.camera, settings.width, settings.height, geometry.origin)
+        self.geometry = replace(geometry, view=view)
         self.materials = compile_materials(self.geometry.materials, diagnostics)
         self._interact = make_interact(self.geometry)
         self.needs_rays = self.geometry.count > self.geometry.triangle_count
@@ -79,7 +86,10 @@ class CompiledScene:
             [programs[n].transparency is not None for n in self.materials.program_of]
         )
         self.clear_prim = self._by_primitive(
-            [not programs[n].closures and emission_of[m] is None for m, n in enumerate(self.materials.program_of)]
+            [
+                not programs[n].closures and programs[n].holdout is None and emission_of[m] is None
+                for m, n in enumerate(self.materials.program_of)
+            ]
         )
         # Black surfaces and misses are numbered beyond the last program.
         scatters = np.array([bool(p.closures or p.transparency) for p in programs] or [False])
@@ -92,6 +102,9 @@ class CompiledScene:
         self.accel = Accel(self.geometry)
         if self.accel.insides_missed:
             diagnostics.warn("this Blender's Embree does not show spheres of large point clouds from inside")
+        cuts = settings.transparent_film and settings.method == "pathtrace"
+        if not cuts and any(p.holdout is not None for p in programs):
+            diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
 
     def feature_report(self):
         """Names of the features in use and left out."""
@@ -122,27 +135,36 @@ class CompiledScene:
         wo = np.negative(d, out=arena.empty(d.shape))
         return Surface(*self._interact(hits, o, d, arena), wo, hits.u, hits.v)
 
-    def emitted(self, surface, arena):
-        """Radiance (3, N) that leaves `surface`."""
-        return self.emission_at(surface.prim, surface.u, surface.v, arena)
-
-    def emission_at(self, prim, u, v, arena):
-        """Radiance (3, N) that leaves the points `u`, `v` (N,) of primitives `prim` (N,)."""
-        material = arena.take(self.geometry.material, prim)
+    def emitted(self, surface, arena, ray=CAMERA_RAY):
+        """Radiance (3, N) that leaves `surface` against the rays `ray` that see it."""
+        material = arena.take(self.geometry.material, surface.prim)
         out = arena.take(self._emission_table, material)
         if not self._textured_emission:
             return out
-        point = SurfacePoint(prim, u, v)
         for number, lanes in self.materials.groups(material, arena):
             program = self.materials.programs[number]
             if program.emission is None or program.emission.is_constant:
                 continue
             lanes = slice(None) if lanes is None else lanes
-            part = SurfacePoint(*(a[lanes] for a in point))
+            part = type(surface)(*(a[..., lanes] for a in surface))
             constants = self.materials.constants(number, "emission", material[lanes], arena)
-            context = Context(arena, part.prim.size, part, self.geometry)
+            context = Context(arena, part.prim.size, part, self.geometry, ray=ray)
             out[:, lanes] = program.emission.run(context, constants)["Le"]
         return out
+
+    def emission_at(self, prim, u, v, arena, wo=None, ray=SCATTERED_RAY):
+        """Radiance (3, N) that leaves the points `u`, `v` (N,) of primitives `prim` (N,).
+
+        It leaves towards `wo` (3, N), unit; None is along the normal.
+        """
+        if not self._textured_emission:
+            return arena.take(self._emission_table, arena.take(self.geometry.material, prim))
+        if self.needs_rays:  # where a ray met a sphere or a plane is not known here
+            return self.emitted(SurfacePoint(prim, u, v), arena, ray)
+        if wo is None:
+            wo = np.take(self.geometry.facets[:, NORMAL], prim, axis=0).T
+        d = np.negative(wo, out=arena.empty(wo.shape))
+        return self.emitted(self.interact(Hits(None, prim, u, v), None, d, arena), arena, ray)
 
     def _mean_emission(self, m):
         """Mean radiance (3,) of textured material number `m` over some points of its triangles."""

@@ -9,13 +9,14 @@ import numpy as np
 
 from ..arena import Arena
 from ..lights.environment import ConstantEnvironment, EnvironmentMap
-from ..nodes.base import Context
+from ..nodes.base import CAMERA_RAY, Context
+from ..nodes.sky import suns_of
 from ..scene import Link, Node
 from .materials import compile_program
 
 
-def compile_world(world, diagnostics):
-    """`ConstantEnvironment` or `EnvironmentMap` of a `core.scene.World`.
+def compile_world(world, diagnostics, view=None):
+    """`ConstantEnvironment` or `EnvironmentMap` of a `core.scene.World`; `view` is the camera, where nodes ask for it.
 
     Notes
     -----
@@ -23,6 +24,8 @@ def compile_world(world, diagnostics):
     """
     if world.surface is None:
         return _constant(world.radiance, world, diagnostics)
+    if view is not None and not view.is_perspective and _reads_window(world):
+        diagnostics.warn("window coordinates of a world are those of its middle", f"world '{world.name}'")
     program, _ = compile_program(_over_directions(world), diagnostics, "world")
     code = program.emission
     if code is None:
@@ -31,25 +34,28 @@ def compile_world(world, diagnostics):
     if code.is_constant:
         return _constant(code.run(Context(Arena(4096), 1), constants)["Le"], world, diagnostics)
 
-    def radiance(d, arena, averaged=False):
+    def radiance(d, arena, averaged=False, ray=CAMERA_RAY):
         """Radiance (3, N) that arrives against unit directions `d` (3, N)."""
-        context = Context(arena, d.shape[-1], direction=d, averaged=averaged)
+        context = Context(arena, d.shape[-1], direction=d, averaged=averaged, ray=ray, view=view)
         return np.broadcast_to(code.run(context, constants)["Le"], d.shape)
 
-    return EnvironmentMap(radiance)
+    return EnvironmentMap(radiance, suns=suns_of(world.nodes))
 
 
 def _over_directions(world):
-    """`world` with texture coordinates that are directions; textures of all directions have them by default."""
+    """`world` with textures of all directions that have the directions as coordinates where nothing is linked."""
     source = Link(len(world.nodes), "generated")
     nodes = [_linked(node, source) for node in world.nodes]
-    return replace(world, nodes=(*nodes, Node("world_coordinates")))
+    return replace(world, nodes=(*nodes, Node("tex_coord")))
+
+
+def _reads_window(world):
+    links = (v for node in world.nodes for v in node.inputs.values() if isinstance(v, Link))
+    return any(link.output == "window" and world.nodes[link.node].op == "tex_coord" for link in links)
 
 
 def _linked(node, source):
-    if node.op == "tex_coord":
-        return replace(node, op="world_coordinates")
-    if node.op in ("environment", "checker") and "vector" not in node.inputs:
+    if node.op == "environment" and "vector" not in node.inputs:
         return replace(node, inputs={**node.inputs, "vector": source})
     return node
 

@@ -21,7 +21,9 @@ from ..sampling.color import luminance
 from ..sampling.distributions import Distribution2D
 from ..sampling.warp import circle
 from .base import LightSample
+from .environment_suns import EnvironmentSuns
 
+_SUN_SHARE = 0.8  # of all samples at most go to suns
 _EVEN = 1e-3  # share of the light above the mean below which a map is as good as constant
 
 
@@ -57,11 +59,15 @@ class EnvironmentMap:
         detail may be missed.
     shape : (rows, columns)
         Of the grid: rows from +Z to -Z, columns from -X over +Y, +X and -Y.
+    suns : sequence of (axis, angle)
+        Small discs of the sky that are sampled apart, as `EnvironmentSuns` takes them; `radiance` leaves them out
+        where it is `averaged`.
 
     Attributes
     ----------
     mean : (3,) float32
-        Mean radiance over all directions.
+        Mean radiance over all directions, without suns.
+    suns : EnvironmentSuns or None
     is_sampled : bool
         Whether light sampling pays: not where the map is even.
     choice : float
@@ -73,8 +79,10 @@ class EnvironmentMap:
     at_infinity = True
     count = 1
 
-    def __init__(self, radiance, shape=(512, 1024)):
+    def __init__(self, radiance, shape=(512, 1024), suns=()):
         self.eval = radiance
+        found = EnvironmentSuns(radiance, suns) if suns else None
+        self.suns = found if found is not None and found.power > 0.0 else None
         self.choice = 0.0
         self._rows, self._columns = shape
         # Around the nearer pole 1 - abs(cosθ) tells directions apart that cosθ does not.
@@ -86,23 +94,42 @@ class EnvironmentMap:
         cells = self._cells()
         weight = solid_angle / (4.0 * math.pi)
         self.mean = (cells * weight).sum(axis=(1, 2)).astype(np.float32)
-        self.is_black = not cells.any()
+        self.is_black = not cells.any() and self.suns is None
         brightness = np.maximum(luminance(cells), 0.0)
         average = float((brightness * weight).sum())
         surplus = np.maximum(brightness - average, 0.0) * weight
-        self.is_sampled = float(surplus.sum()) > _EVEN * average
-        self.power = np.array([math.pi * float(surplus.sum())])  # of what is sampled
-        if self.is_sampled:
+        uneven = float(surplus.sum()) > _EVEN * average
+        power = math.pi * float(surplus.sum()) if uneven else 0.0
+        if uneven:
             self._distribution = Distribution2D(surplus)
             self._density = (self._distribution.pmf / solid_angle).astype(np.float32).reshape(-1)
+        self._sun_share = 0.0
+        if self.suns is not None:
+            # In the shade of the sun only the rest of the sky can be found.
+            self._sun_share = min(self.suns.power / (self.suns.power + power), _SUN_SHARE) if uneven else 1.0
+            power += self.suns.power
+        self.is_sampled = power > 0.0
+        self.power = np.array([power])  # of what is sampled
 
     def sample(self, rows, p, u0, u1, arena):
         """A direction, bright ones more often."""
         n = p.shape[-1]
-        wi = arena.empty((3, n))
-        row, column, y, x = self._distribution.sample(u0, u1, arena)
-        pdf = arena.take(self._density, row * self._columns + column)
+        wi, pdf = arena.empty((3, n)), arena.empty(n)
+        if self.suns is None:
+            self._draw(u0, u1, wi, pdf, arena)
+        else:
+            self._draw_with_suns(u0, u1, wi, pdf, arena)
+        weight = arena.empty((3, n))
         with arena.frame():
+            np.divide(self.eval(wi, arena), pdf, out=weight)
+        return LightSample(wi, arena.full(n, math.inf), weight, pdf)
+
+    def _draw(self, u0, u1, wi, pdf, arena):
+        """Write directions from the grid's cells and their density."""
+        n = pdf.size
+        with arena.frame():
+            row, column, y, x = self._distribution.sample(u0, u1, arena)
+            np.take(self._density, row * self._columns + column, out=pdf, mode="clip")
             # Uniform in cosθ within the row, so that the density within a cell is constant.
             gap = np.multiply(y, arena.take(self._gap_step, row), out=y)
             np.add(gap, arena.take(self._gap, row), out=gap)
@@ -114,17 +141,42 @@ class EnvironmentMap:
             np.multiply(phi, -2.0 * math.pi / self._columns, out=phi)
             np.add(phi, math.pi, out=phi)
             circle(phi, sine, wi[0], wi[1])
-        weight = arena.empty((3, n))
+
+    def _draw_with_suns(self, u0, u1, wi, pdf, arena):
+        """Write directions from the grid or from the discs, and the density of both together."""
+        share = self._sun_share
         with arena.frame():
-            np.divide(self.eval(wi, arena), pdf, out=weight)
-        return LightSample(wi, arena.full(n, math.inf), weight, pdf)
+            if share < 1.0:
+                rest = np.subtract(u0, share, out=arena.empty(u0.size))
+                np.multiply(rest, 1.0 / (1.0 - share), out=rest)
+                self._draw(np.clip(rest, 0.0, np.float32(1 - 2**-24), out=rest), u1, wi, pdf, arena)
+            lanes = np.flatnonzero(u0 < share)
+            wi[:, lanes] = self.suns.sample(arena.take(u0, lanes) / np.float32(share), arena.take(u1, lanes), arena)
+            np.copyto(pdf, self._density_at(wi, arena))
 
     def pdf(self, d, arena):
         """Solid-angle density with which the light sampler would have drawn `d` (3, N), choice included, (N,)."""
         if not self.choice:
             return np.zeros(1, np.float32)
+        pdf = self._density_at(d, arena)
+        return np.multiply(pdf, self.choice, out=pdf)
+
+    def _density_at(self, d, arena):
+        """Density of `sample` at `d` (3, N), (N,)."""
+        pdf = arena.zeros(d.shape[-1])
+        if self._sun_share < 1.0:
+            self._grid_density(d, arena, pdf)
+        if self.suns is not None:
+            with arena.frame():
+                density = self.suns.density(d, arena)
+                np.multiply(density, self._sun_share, out=density)
+                np.multiply(pdf, 1.0 - self._sun_share, out=pdf)
+                np.add(pdf, density, out=pdf)
+        return pdf
+
+    def _grid_density(self, d, arena, out):
+        """Write the density of `_draw` at `d` to `out` (N,)."""
         n = d.shape[-1]
-        pdf = arena.empty(n)
         with arena.frame():
             t, row, column = arena.empty(n), arena.empty(n, np.int32), arena.empty(n, np.int32)
             np.arctan2(d[1], d[0], out=t)
@@ -139,8 +191,7 @@ class EnvironmentMap:
             np.minimum(row, self._rows - 1, out=row)
             np.multiply(row, self._columns, out=row)
             np.add(row, column, out=row)
-            np.take(self._density, row, out=pdf, mode="clip")
-        return np.multiply(pdf, self.choice, out=pdf)
+            np.take(self._density, row, out=out, mode="clip")
 
     def _cells(self):
         """Mean radiance of each cell, (3, R, C) float64."""

@@ -104,7 +104,8 @@ class LocalModel(Wavefront):
     def _add_emission(self, rays, hits, radiance, arena):
         met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
         if met.size:
-            light = self.scene.emission_at(*(arena.take(a, met) for a in (hits.prim, hits.u, hits.v)), arena)
+            o, d = arena.take(rays.o, met), arena.take(rays.d, met)
+            light = self.scene.emitted(self.scene.interact(gather(hits, met, arena), o, d, arena), arena)
             self._add(radiance, Rays(*(None if a is None else a[..., met] for a in rays)), light, met)
 
     def _add(self, radiance, rays, light, lanes=None):

@@ -8,9 +8,37 @@ mapping of outputs. `Context` gives it what depends on the lanes: scratch memory
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
+
+
+class Ray(NamedTuple):
+    """The rays that met the lanes of a program, for the Light Path node.
+
+    Each field is one number for all lanes or an array (N,): flags are 0 or 1, depths count the hits before. `length` is
+    the distance from the ray's origin; None stands for a ray that comes from the camera.
+    """
+
+    camera: float = 0.0
+    shadow: float = 0.0
+    diffuse: float = 0.0
+    glossy: float = 0.0
+    singular: float = 0.0
+    reflection: float = 0.0
+    transmission: float = 0.0
+    length: np.ndarray | None = None
+    depth: float = 0.0
+    diffuse_depth: float = 0.0
+    glossy_depth: float = 0.0
+    transmission_depth: float = 0.0
+    transparent_depth: float = 0.0
+
+
+CAMERA_RAY = Ray(camera=1.0)
+SCATTERED_RAY = Ray(depth=1.0)
+SHADOW_RAY = Ray(shadow=1.0, depth=1.0)
 
 
 @dataclass
@@ -28,7 +56,12 @@ class Context:
     direction : (3, N) float32, optional
         Of a world's lanes, unit: where the light comes from.
     averaged : bool
-        Whether environment textures are read through small copies, in which no bright texel is missed.
+        Whether environment textures are read through small copies, in which no bright texel is missed, and the suns of
+        skies are left out.
+    ray : Ray
+        What met the lanes.
+    view : View, optional
+        The camera, where there is no geometry that knows it.
     """
 
     arena: object
@@ -37,6 +70,15 @@ class Context:
     geometry: object = None
     direction: object = None
     averaged: bool = False
+    ray: Ray = CAMERA_RAY
+    view: object = None
+
+    def at(self, lanes):
+        """The context of a slice of the lanes."""
+        columns = (None if s is None else type(s)(*(_lanes(a, lanes) for a in s)) for s in (self.surface, self.ray))
+        surface, ray = columns
+        direction = None if self.direction is None else self.direction[:, lanes]
+        return replace(self, count=lanes.stop - lanes.start, surface=surface, ray=ray, direction=direction)
 
 
 @dataclass(frozen=True)
@@ -52,9 +94,14 @@ class Operation:
     foldable : bool
         Whether constant inputs give constant outputs.
     prepare : callable, optional
-        ``prepare(properties, diagnostics, place) -> properties`` once at compile, e.g. to read an image.
+        ``prepare(properties, diagnostics, place) -> properties`` once at compile, e.g. to read an image. Its
+        properties have the names of the node's outputs that are linked, ``"linked"``.
     unsupported : mapping of str to str
         Outputs, and inputs left unlinked, that are not honoured yet, with what the user is told.
+    displaced : str
+        Name of an input that the operation also wants one and two steps aside, as ``<name>_x`` and ``<name>_y``: the
+        compiler runs what the input depends on again at these points (`core.nodes.displaced`). The steps are
+        `footprint` times the property ``"width"``.
     """
 
     run: Callable
@@ -62,6 +109,30 @@ class Operation:
     foldable: bool = True
     prepare: Callable | None = None
     unsupported: Mapping[str, str] = field(default_factory=dict)
+    displaced: str = ""
+
+
+def _lanes(column, lanes):
+    """A slice of a column; what is one for all lanes stays."""
+    return column[..., lanes] if getattr(column, "ndim", 0) and column.shape[-1] > 1 else column
+
+
+class Outputs(dict):
+    """Outputs of an operation, each computed when it is first read.
+
+    Parameters
+    ----------
+    makers : mapping of str to callable
+        ``maker(*arguments) -> array`` of each output.
+    """
+
+    def __init__(self, makers, *arguments):
+        super().__init__()
+        self._makers, self._arguments = makers, arguments
+
+    def __missing__(self, name):
+        self[name] = self._makers[name](*self._arguments)
+        return self[name]
 
 
 def as_vector(value):

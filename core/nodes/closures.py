@@ -3,87 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
-from ..bsdf import diffuse, energy, glass, glossy, microfacet, oren_nayar, principled, refraction, translucent
-from ..vecmath import dot
+from ..bsdf import diffuse, oren_nayar, sheen, toon, translucent, velvet
+from . import closure_principled, closure_specular
+from .closure import SUBSURFACE, Closure, facing, is_black, is_never
 
-# Principled inputs that this renderer does not honour yet, and the value at which they do nothing.
-_IGNORED = {
-    "coat_weight": 0.0,
-    "sheen_weight": 0.0,
-    "subsurface_weight": 0.0,
-    "anisotropic": 0.0,
-    "thin_film_thickness": 0.0,
-}
-
-
-def _no_lobes(constants, properties):
-    return {}
-
-
-@dataclass(frozen=True, eq=False)
-class Closure:
-    """One kind of shader node.
-
-    Parameters
-    ----------
-    name : str
-    inputs : mapping of str to float, tuple or None
-        Defaults; None for an input that only counts when it is linked.
-    lobes : callable
-        ``lobes(constants, properties) -> {layer: lobe}``, decided by the inputs that are constant.
-    build : callable, optional
-        ``build(context, inputs, lobes, properties) -> [(lobe, weight, params, n)]`` over lanes.
-    emission, transparency : tuple of str
-        Inputs whose product is emitted, or passes straight through; "1-x" is the complement of x.
-    ignored : mapping of str to float
-        Inputs that are not honoured unless they have this value.
-    """
-
-    name: str
-    inputs: Mapping
-    lobes: Callable = _no_lobes
-    build: Callable | None = None
-    emission: tuple = ()
-    transparency: tuple = ()
-    ignored: Mapping = None
-
-    def diagnose(self, constants, linked, diagnostics, place):
-        """Name what the node asks for and does not get."""
-        for name, neutral in (self.ignored or {}).items():
-            if name in linked or (name in constants and not np.all(constants[name] == neutral)):
-                diagnostics.warn(f"{self.name}: {name.replace('_', ' ')} is not supported and has no effect", place)
-
-
-def _is_smooth(constants):
-    return "roughness" in constants and float(np.max(constants["roughness"])) ** 2 <= microfacet.SMOOTH_ALPHA
-
-
-def _alpha(inputs):
-    return np.square(np.clip(inputs["roughness"], 0, 1))
-
-
-def _facing(context):
-    arena = context.arena
-    return np.maximum(dot(context.surface.ns, context.surface.wo, arena), 0)
-
-
-def _is_black(constants):
-    return "color" in constants and not constants["color"].any()
-
-
-# -- one pair of functions a node --------------------------------------------------------------------------------------
+_LEAST_ROUGHNESS = 1e-5  # below it Cycles' rough diffuse is Lambert's
 
 
 def _diffuse_lobes(constants, properties):
-    if _is_black(constants):
+    if is_black(constants):
         return {}
-    smooth = "roughness" in constants and not constants["roughness"].any()
-    return {"diffuse": diffuse if smooth else oren_nayar}
+    return {"diffuse": diffuse if is_never(constants, "roughness", _LEAST_ROUGHNESS) else oren_nayar}
 
 
 def _diffuse(context, inputs, lobes, properties):
@@ -94,114 +26,75 @@ def _diffuse(context, inputs, lobes, properties):
 
 
 def _translucent_lobes(constants, properties):
-    return {} if _is_black(constants) else {"translucent": translucent}
+    return {} if is_black(constants) else {"translucent": translucent}
 
 
 def _translucent(context, inputs, lobes, properties):
     return [(translucent, inputs["color"], {}, None)]
 
 
-def _glossy_lobes(constants, properties):
-    if _is_black(constants):
+def _sheen_lobes(constants, properties):
+    if is_black(constants):
         return {}
-    return {"glossy": glossy.Mirror if _is_smooth(constants) else glossy.Rough}
+    return {"sheen": velvet if properties.get("distribution") == "ASHIKHMIN" else sheen}
 
 
-def _glossy(context, inputs, lobes, properties):
-    lobe, color = lobes["glossy"], inputs["color"]
-    if lobe is glossy.Mirror:
-        return [(lobe, color, {}, None)]
-    alpha = _alpha(inputs)
-    if properties.get("distribution") == "MULTI_GGX":
-        e, average = energy.reflection(_facing(context), microfacet.clamp_alpha(alpha), context.arena)
-        color = color * energy.compensation(e, average, np.clip(color, 0, 1))
-    return [(lobe, color, {"alpha": alpha}, None)]
+def _sheen(context, inputs, lobes, properties):
+    roughness = np.clip(inputs["roughness"], 0, 1)
+    if lobes["sheen"] is velvet:
+        return [(velvet, inputs["color"], {"sigma": roughness}, None)]
+    a, b, reflected = sheen.transform(facing(context), roughness, context.arena)
+    return [(sheen, inputs["color"] * reflected, {"a": a, "b": b}, None)]
 
 
-def _glass_lobes(constants, properties):
-    return {"glass": glass.Smooth if _is_smooth(constants) else glass.Rough}
-
-
-def _relative_index(context, inputs):
-    ior = np.maximum(inputs["ior"], 1e-5)
-    return ior, np.where(context.surface.front, ior, 1 / ior)
-
-
-def _glass(context, inputs, lobes, properties):
-    lobe, color = lobes["glass"], inputs["color"]
-    ior, eta = _relative_index(context, inputs)
-    if lobe is glass.Smooth:
-        return [(lobe, color, {"eta": eta}, None)]
-    alpha = _alpha(inputs)
-    if properties.get("distribution") == "MULTI_GGX":
-        dense_side = context.surface.front == (ior < 1)
-        e, average = energy.glass(_facing(context), alpha, np.maximum(ior, 1 / ior), dense_side, context.arena)
-        color = color * energy.compensation(e, average, np.clip(color, 0, 1))
-    return [(lobe, color, {"eta": eta, "alpha": alpha}, None)]
-
-
-def _refraction_lobes(constants, properties):
-    if _is_black(constants):
+def _toon_lobes(constants, properties):
+    if is_black(constants):
         return {}
-    return {"refraction": refraction.Smooth if _is_smooth(constants) else refraction.Rough}
+    return {"toon": toon.Glossy if properties.get("component") == "GLOSSY" else toon.Diffuse}
 
 
-def _refraction(context, inputs, lobes, properties):
-    params = {"eta": _relative_index(context, inputs)[1]}
-    if lobes["refraction"] is refraction.Rough:
-        params["alpha"] = _alpha(inputs)
-    return [(lobes["refraction"], inputs["color"], params, None)]
+def _toon(context, inputs, lobes, properties):
+    params = {"size": inputs["size"], "smooth": inputs["smooth"], "alpha": np.clip(inputs["size"], 0, 1)}
+    return [(lobes["toon"], inputs["color"], params, None)]
 
 
-def _principled_lobes(constants, properties):
-    found = principled.lobes_of(constants)
-    found.pop("alpha", None)  # passages are decided before the surface is shaded
-    return found
+def _subsurface_lobes(constants, properties):
+    return {} if is_black(constants) else {"diffuse": diffuse}
 
 
-def _principled(context, inputs, lobes, properties):
-    s = context.surface
-    opaque = np.clip(inputs["alpha"], 0, 1)
-    known = {name: inputs[name] for name in principled.DEFAULTS}
-    multiscatter = properties.get("distribution", "MULTI_GGX") == "MULTI_GGX"
-    found = principled.expand(known, s.front, s.wo, s.ns, context.arena, lobes, multiscatter)
-    if opaque.size > 1 or opaque[0] != 1:
-        found = [(lobe, weight * opaque, params) for lobe, weight, params in found]
-    return [(*entry, None) for entry in found]
+def _note(sentence):
+    def notes(constants, linked, properties):
+        yield sentence
+
+    return notes
 
 
 _NORMAL = {"normal": None}
+_GREY = {"color": (0.8, 0.8, 0.8)}
+_HAIR = _note("hair shaders are not supported; the strands reflect their colour diffusely")
+_VOLUME = _note("a volume shader in the place of a surface's shows nothing")
 
 CLOSURES = {
     c.name: c
     for c in (
-        Closure("diffuse", {"color": (0.8, 0.8, 0.8), "roughness": 0.0} | _NORMAL, _diffuse_lobes, _diffuse),
-        Closure("translucent", {"color": (0.8, 0.8, 0.8)} | _NORMAL, _translucent_lobes, _translucent),
-        Closure(
-            "glossy",
-            {"color": (0.8, 0.8, 0.8), "roughness": 0.5, "anisotropy": 0.0} | _NORMAL,
-            _glossy_lobes,
-            _glossy,
-            ignored={"anisotropy": 0.0},
-        ),
-        Closure("glass", {"color": (1.0, 1.0, 1.0), "roughness": 0.0, "ior": 1.5} | _NORMAL, _glass_lobes, _glass),
-        Closure(
-            "refraction",
-            {"color": (1.0, 1.0, 1.0), "roughness": 0.0, "ior": 1.45} | _NORMAL,
-            _refraction_lobes,
-            _refraction,
-        ),
+        Closure("diffuse", _GREY | {"roughness": 0.0} | _NORMAL, _diffuse_lobes, _diffuse),
+        Closure("translucent", _GREY | _NORMAL, _translucent_lobes, _translucent),
+        Closure("sheen", _GREY | {"roughness": 0.5} | _NORMAL, _sheen_lobes, _sheen),
+        Closure("toon", _GREY | {"size": 0.5, "smooth": 0.0} | _NORMAL, _toon_lobes, _toon),
+        Closure("subsurface", _GREY | _NORMAL, _subsurface_lobes, _diffuse, notes=_note(SUBSURFACE)),
+        Closure("hair", _GREY, _subsurface_lobes, _diffuse, notes=_HAIR),
         Closure("transparent", {"color": (1.0, 1.0, 1.0)}, transparency=("color",)),
+        Closure(
+            "ray_portal",
+            {"color": (1.0, 1.0, 1.0)},
+            transparency=("color",),
+            notes=_note("ray portals are not supported; rays pass straight through"),
+        ),
+        Closure("holdout", {}, is_holdout=True),
+        Closure("volume", {}, notes=_VOLUME),
         Closure("background", {"color": (0.8, 0.8, 0.8), "strength": 1.0}, emission=("color", "strength")),
         Closure("emission", {"color": (1.0, 1.0, 1.0), "strength": 1.0}, emission=("color", "strength")),
-        Closure(
-            "principled",
-            principled.DEFAULTS | {"emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0} | _IGNORED | _NORMAL,
-            _principled_lobes,
-            _principled,
-            emission=("emission_color", "emission_strength", "alpha"),
-            transparency=("1-alpha",),
-            ignored=_IGNORED,
-        ),
+        *closure_specular.CLOSURES,
+        *closure_principled.CLOSURES,
     )
 }

@@ -7,8 +7,8 @@ import numpy as np
 
 from .base import Operation
 
-# Rec.709 luminance, as Blender's default working space uses it.
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
+# Rec.709 luminance to the digits that Cycles has.
+_LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
 
 
 def to_dimension(value, dimension, arena, color=True):
@@ -32,9 +32,21 @@ def to_dimension(value, dimension, arena, color=True):
 
 
 def _convert(context, inputs, properties):
+    """What arrives when a link joins sockets of different types.
+
+    Whole numbers are cut towards 0. True are positive numbers, colours of positive luminance and vectors but 0.
+    """
     color = properties.get("from", "color") == "color"
-    dimension = 1 if properties.get("to", "float") in ("float", "int", "bool") else 3
-    return {"value": to_dimension(inputs["value"], dimension, context.arena, color)}
+    to = properties.get("to", "float")
+    if to == "bool" and not color and inputs["value"].ndim == 2:
+        return {"value": inputs["value"].any(axis=0).astype(np.float32)}
+    with np.errstate(all="ignore"):
+        value = to_dimension(inputs["value"], 3 if to in ("color", "vector") else 1, context.arena, color)
+        if to == "int":
+            value = np.trunc(value, out=context.arena.empty(value.shape))
+        elif to == "bool":
+            value = np.greater(value, 0, out=context.arena.empty(value.shape))
+    return {"value": value}
 
 
 def _constant(context, inputs, properties):

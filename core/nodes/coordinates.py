@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texture coordinates."""
+"""Texture coordinates: the Texture Coordinate, UV Map and Camera Data nodes.
+
+Source: Blender manual, "Texture Coordinate Node"; Cycles for what is left open there.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..interaction import uv_at
-from .base import Operation
-
-_OTHERS = ("generated", "normal", "object", "camera", "window", "reflection")
-_NOT_OF_WORLDS = ("uv", "camera", "window", "reflection")
+from ..interaction import corner_values_at, uv_at
+from ..spaces import rows_of, transform_point
+from ..vecmath import dot, normalize, reflect
+from . import spaces
+from .base import Operation, Outputs
 
 
 def lookup_uv(context, name):
@@ -21,34 +24,97 @@ def lookup_uv(context, name):
     return out
 
 
+def lookup_generated(context):
+    """Generated coordinates of the lanes, (3, N): what a texture without a linked vector takes.
+
+    A mesh's texture space is 0 to 1, as a rule its box before deformation. A world's are its directions; a sphere's
+    and a plane's their position in the world.
+    """
+    if context.direction is not None:
+        return context.direction
+    s, geometry = context.surface, context.geometry
+    out = corner_values_at(geometry.corner_values["generated"], s.prim, s.u, s.v, context.arena)
+    if geometry.count > geometry.triangle_count:
+        np.copyto(out, spaces.world_position(context), where=s.prim >= geometry.triangle_count)
+    return out
+
+
 def _uv_map(context, inputs, properties):
+    if properties.get("from_instancer"):
+        return {"uv": _of_instancer(context, "uv")}
     return {"uv": lookup_uv(context, properties.get("uv_map", ""))}
 
 
+def _of_instancer(context, name):
+    """Coordinates of the instancer where the lanes' objects stand; zero in a world."""
+    if context.surface is None:
+        return np.zeros((3, 1), np.float32)
+    return spaces.of_object(context, getattr(context.geometry.objects, name))
+
+
+def _generated(context, properties):
+    return _of_instancer(context, "generated") if properties.get("from_instancer") else lookup_generated(context)
+
+
+def _normal(context, properties):
+    return spaces.normal_to_object(context, spaces.shading_normal(context))
+
+
+def _uv(context, properties):
+    return _of_instancer(context, "uv") if properties.get("from_instancer") else lookup_uv(context, "")
+
+
+def _object(context, properties):
+    """Of the lanes' own objects, or in the space whose inverse the property `matrix` is (16 numbers)."""
+    if "matrix" not in properties:
+        return spaces.object_position(context)
+    rows = rows_of(np.reshape(properties["matrix"], (4, 4)))
+    return transform_point(rows, spaces.world_position(context), context.arena)
+
+
+def _camera(context, properties):
+    return spaces.camera_position(context)
+
+
+def _window(context, properties):
+    return spaces.view_of(context).raster(spaces.camera_position(context), context.arena)
+
+
+def _reflection(context, properties):
+    if context.surface is None:
+        return spaces.incoming(context)
+    return reflect(context.surface.wo, context.surface.ns, context.arena)
+
+
+_COORDINATES = {
+    "generated": _generated,
+    "normal": _normal,
+    "uv": _uv,
+    "object": _object,
+    "camera": _camera,
+    "window": _window,
+    "reflection": _reflection,
+}
+
+
 def _tex_coord(context, inputs, properties):
-    uv = lookup_uv(context, "")
-    return dict.fromkeys(("uv", *_OTHERS), uv)
+    return Outputs(_COORDINATES, context, properties)
 
 
-def _world_coordinates(context, inputs, properties):
-    d = context.direction
-    inward = np.negative(d, out=context.arena.empty(d.shape))
-    return {"generated": d, "object": d, "normal": inward} | dict.fromkeys(_NOT_OF_WORLDS, d)
+def _camera_data(context, inputs, properties):
+    arena = context.arena
+    if context.surface is None:  # Cycles takes a world's directions for positions here
+        view = spaces.view_of(context)
+        p = transform_point(view.to_camera, context.direction - view.origin, arena)
+    else:
+        p = spaces.camera_position(context)
+    distance = dot(p, p, arena)
+    np.sqrt(distance, out=distance)
+    return {"view_vector": normalize(p, arena), "view_z_depth": p[2], "view_distance": distance}
 
 
 OPERATIONS = {
     "uv_map": Operation(_uv_map, foldable=False),
-    "tex_coord": Operation(
-        _tex_coord,
-        foldable=False,
-        unsupported={name: f"texture coordinate '{name}' is not supported; the UV map is used" for name in _OTHERS},
-    ),
-    "world_coordinates": Operation(
-        _world_coordinates,
-        foldable=False,
-        unsupported={
-            name: f"texture coordinate '{name}' is not supported in a world; the direction is used"
-            for name in _NOT_OF_WORLDS
-        },
-    ),
+    "tex_coord": Operation(_tex_coord, foldable=False),
+    "camera_data": Operation(_camera_data, foldable=False),
 }

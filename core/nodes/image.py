@@ -1,55 +1,74 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Image textures on a surface's coordinates."""
+"""Blender's Image Texture: a picture on a surface's coordinates.
+
+As in Cycles, colours are times alpha where the Alpha output is not linked, and divided by it where it is. Source:
+Cycles (`kernel/svm/image.h`, `scene/shader_nodes.cpp`).
+"""
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 
+from . import spaces
 from .base import Operation
 from .coordinates import lookup_uv
-from .texels import MISSING, Texels, read_pixels, to_linear
+from .image_loader import load
+from .projections import box, box_weights, sphere, tube
 
-_READ = WeakKeyDictionary()
-_NO_IMAGE = Texels.of(MISSING)
+_PROJECTIONS = {"FLAT": lambda vector, arena: vector[:2], "SPHERE": sphere, "TUBE": tube}
+_FIRST_TILE = 1001
+_OPAQUE = np.ones(1, np.float32)
 
 
 def _prepare(properties, diagnostics, place):
-    """Read the pixels into texels of linear values."""
-    projection = properties.get("projection", "FLAT")
-    if projection != "FLAT":
-        diagnostics.warn(f"image projection {projection} is not supported; flat is used", place)
+    """Read the image."""
+    image, projection = properties.get("image"), properties.get("projection", "FLAT")
+    if projection == "BOX" and image is not None and image.tiles:
+        image = image.tiles.get(_FIRST_TILE)  # a box' sides have coordinates of their own
     return {
-        "texels": _texels(properties.get("image"), diagnostics, place),
+        "texels": load(image, diagnostics, place),
+        "projection": projection,
+        "blend": float(properties.get("projection_blend", 0.0)),
         "interpolation": properties.get("interpolation", "Linear"),
         "extension": properties.get("extension", "REPEAT"),
+        "alpha": "alpha" in properties.get("linked", ()),
     }
-
-
-def _texels(image, diagnostics, place):
-    """Texels of an image, read once however many nodes use it."""
-    known = _READ.get(image) if image is not None else None
-    if known is None:
-        pixels = to_linear(read_pixels(image, diagnostics, place), image, diagnostics, place)
-        known = _NO_IMAGE if image is None else Texels.of(pixels)
-        if image is not None:
-            _READ[image] = known
-    return known
 
 
 def _image(context, inputs, properties):
     arena = context.arena
     vector = inputs["vector"] if "vector" in inputs else lookup_uv(context, "")
     vector = np.broadcast_to(vector, (3, context.count))
-    rgba = arena.empty((4, context.count))
-    extension = properties["extension"]
-    properties["texels"].look_up(vector[0], vector[1], properties["interpolation"], extension, arena, rgba)
-    if extension == "CLIP":
+    out = arena.empty((4 if properties["alpha"] else 3, context.count))
+    with arena.frame(), np.errstate(over="ignore", invalid="ignore"):
+        if properties["projection"] == "BOX":
+            _box(context, vector, properties, out)
+        else:
+            u, v = _PROJECTIONS[properties["projection"]](vector, arena)
+            _sample(u, v, properties, arena, out)
+    return {"color": out[:3], "alpha": out[3] if properties["alpha"] else _OPAQUE}
+
+
+def _box(context, vector, properties, out):
+    """Write the sides of a box, blended where the surface turns from one to the next, to `out`."""
+    arena = context.arena
+    normal = spaces.normal_to_object(context, spaces.shading_normal(context))
+    weights = box_weights(normal, properties["blend"], arena)
+    out.fill(0)
+    for (u, v), weight in zip(box(vector, normal, arena), weights, strict=True):
+        lanes = np.flatnonzero(weight > 0)
+        if lanes.size == 0:
+            continue
         with arena.frame():
-            inside = (vector[0] >= 0) & (vector[0] < 1) & (vector[1] >= 0) & (vector[1] < 1)
-            np.multiply(rgba, inside, out=rgba)
-    return {"color": rgba[:3], "alpha": rgba[3]}
+            side = arena.empty((len(out), lanes.size))
+            _sample(arena.take(u, lanes), arena.take(v, lanes), properties, arena, side)
+            np.multiply(side, arena.take(weight, lanes), out=side)
+            out[:, lanes] += side
+
+
+def _sample(u, v, properties, arena, out):
+    interpolation, extension, alpha = properties["interpolation"], properties["extension"], properties["alpha"]
+    properties["texels"].sample(u, v, interpolation, extension, arena, out, unassociate=alpha)
 
 
 OPERATIONS = {"image": Operation(_image, {"vector": None}, foldable=False, prepare=_prepare)}

@@ -17,18 +17,18 @@ def _mapping(context, inputs, properties):
     arena = context.arena
     vector, location, scale = inputs["vector"], inputs["location"], inputs["scale"]
     kind = properties.get("vector_type", "POINT")
-    matrix = _rotation(inputs["rotation"])
+    matrix = rotation_matrix(inputs["rotation"])
     if kind == "TEXTURE":
         # The inverse of what POINT does.
-        return {"vector": _quotient(_turned(matrix.swapaxes(0, 1), vector - location, arena), scale)}
+        return {"vector": _quotient(turned(matrix.swapaxes(0, 1), vector - location, arena), scale)}
     if kind == "NORMAL":
-        out = _turned(matrix, _quotient(vector, scale), arena)
+        out = turned(matrix, _quotient(vector, scale), arena)
         return {"vector": normalize(out, arena, out=out)}
-    out = _turned(matrix, vector * scale, arena)
+    out = turned(matrix, vector * scale, arena)
     return {"vector": out + location if kind == "POINT" else out}
 
 
-def _rotation(angles):
+def rotation_matrix(angles):
     """Matrices (3, 3, N) that turn by `angles` (3, N), rad, about X, then Y, then Z."""
     (a, b, c), (d, e, f) = np.cos(angles), np.sin(angles)  # of X, Y, Z
     return np.array(
@@ -40,7 +40,7 @@ def _rotation(angles):
     )
 
 
-def _turned(matrix, vector, arena):
+def turned(matrix, vector, arena):
     """Product of matrices (3, 3, N) or (3, 3, 1) and vectors (3, N) or (3, 1)."""
     out = arena.zeros((3, max(matrix.shape[-1], vector.shape[-1])))
     with arena.frame():

@@ -7,8 +7,10 @@ import bpy
 import numpy as np
 import pytest
 
-from zraka.addon.export.image import Images, export_image
+from zraka.addon.export import image as export_module
+from zraka.addon.export.image import Images, export_image, frame_number, numbered
 from zraka.core.diagnostics import Diagnostics
+from zraka.core.nodes.image_files import read_file
 
 PIXEL = (0.5, 0.25, 0.125, 0.5)  # straight alpha
 
@@ -72,19 +74,27 @@ def test_painted_over_a_file(saved):
     assert export(saved).pixels[0, 0].tolist() == [0, 0, 0, 255]
 
 
-def test_alpha_none(saved):
-    saved.alpha_mode = "NONE"
-    assert export(saved).pixels[1, 1].tolist() == [128, 64, 32, 255]
+def test_alpha_modes_of_a_file(saved):
+    """Before 5.2 Cycles asks the file whether its colours are times alpha."""
+    straight = "STRAIGHT" if bpy.app.version >= (5, 2) else "AUTO"
+    for mode, expected in (("STRAIGHT", straight), ("CHANNEL_PACKED", "CHANNEL_PACKED"), ("NONE", "NONE")):
+        saved.alpha_mode = mode
+        exported = export(saved)
+        assert exported.alpha_mode == expected
+        assert exported.filepath == saved.filepath
 
 
-def test_generated_float_image_is_linear_with_straight_alpha():
+def test_generated_float_image_is_linear_with_colours_times_alpha():
     image = painted(float_buffer=True)
     exported = export(image)
     assert exported.pixels.dtype == np.float32
     assert exported.colorspace == "Linear Rec.709"
-    np.testing.assert_allclose(exported.pixels[1, 1], (1.0, 0.5, 0.25, 0.5))  # colour was stored times alpha
+    assert exported.alpha_mode == ("STRAIGHT" if bpy.app.version >= (5, 2) else "PREMUL")
+    np.testing.assert_allclose(exported.pixels[1, 1], PIXEL)
     image.alpha_mode = "CHANNEL_PACKED"
-    np.testing.assert_allclose(export(image).pixels[1, 1], PIXEL)
+    exported = export(image)
+    assert exported.alpha_mode == "CHANNEL_PACKED"
+    np.testing.assert_allclose(exported.pixels[1, 1], PIXEL)
 
 
 def test_a_missing_image_is_neither(saved, tmp_path):
@@ -95,11 +105,72 @@ def test_a_missing_image_is_neither(saved, tmp_path):
     assert exported.name == "picture.png"
 
 
-def test_tiles_are_said_once_and_images_exported_once():
-    image = bpy.data.images.new("Tiles", 4, 2, tiled=True)
+def test_images_are_exported_once_and_packed_ones_once_for_all(saved):
+    images = Images(Diagnostics())
+    assert images(saved) is images(saved)
+    saved.pack()
+    first = export(saved)
+    assert export(saved) is first
+    saved.colorspace_settings.name = "Non-Color"
+    assert export(saved) is not first
+    saved.pixels[0] = 0.25
+    assert export(saved).pixels[0, 0, 0] == 64
+
+
+def test_what_no_library_reads_comes_from_blender(saved, monkeypatch):
+    monkeypatch.setattr(export_module, "can_read", lambda path: False)
+    assert export(saved).pixels.shape == (2, 4, 4)
+
+
+def test_tiles(saved, tmp_path):
+    (tmp_path / "picture.1001.png").write_bytes((tmp_path / "picture.png").read_bytes())
+    (tmp_path / "picture.1012.png").write_bytes((tmp_path / "picture.png").read_bytes())
+    saved.filepath = str(tmp_path / "picture.<UDIM>.png")
+    saved.source = "TILED"
+    for number in {1002, 1012} - {tile.number for tile in saved.tiles}:
+        saved.tiles.new(number)
     diagnostics = Diagnostics()
-    images = Images(diagnostics)
-    assert images(image) is images(image)
-    assert diagnostics.messages() == [
-        "UDIM images are not supported; their first tile is used everywhere (image 'Tiles')"
+    tiles = export(saved, diagnostics).tiles
+    assert [tiles[number].filepath for number in (1001, 1012)] == [
+        str(tmp_path / f"picture.{number}.png") for number in (1001, 1012)
     ]
+    assert (tiles[1002].filepath, tiles[1002].pixels) == ("", None)
+    assert diagnostics.messages() == []
+
+
+def test_a_tile_never_saved():
+    image = bpy.data.images.new("Tiles", 4, 2, tiled=True)
+    assert export(image).tiles[1001].pixels.shape[2] == 4
+
+
+def test_packed_tiles(saved, tmp_path):
+    for number in (1001, 1002):
+        (tmp_path / f"picture.{number}.png").write_bytes((tmp_path / "picture.png").read_bytes())
+    saved.filepath = str(tmp_path / "picture.<UDIM>.png")
+    saved.source = "TILED"
+    if 1002 not in {tile.number for tile in saved.tiles}:
+        saved.tiles.new(1002)
+    saved.pack()
+    for number in (1001, 1002):
+        (tmp_path / f"picture.{number}.png").unlink()
+    tiles = export(saved).tiles
+    assert tiles[1001].pixels[0, 0].tolist() == [255, 0, 0, 255]
+    assert read_file(tiles[1002].filepath).pixels[0, 0].tolist() == [255, 0, 0, 255]
+
+
+@pytest.mark.parametrize(
+    "frame, cyclic, number", [(1, False, 2), (3, False, 3), (6, False, 6), (9, False, 6), (2, True, 6), (7, True, 3)]
+)
+def test_frames_of_a_sequence(frame, cyclic, number):
+    class User:
+        frame_duration, frame_start, frame_offset, use_cyclic = 4, 3, 2, cyclic
+
+    assert frame_number(User, frame) == number
+
+
+@pytest.mark.parametrize(
+    "path, expected",
+    [("/a1/b.0004.png", "/a1/b.0012.png"), ("/a/7v2_x.exr", "/a/7v12_x.exr"), ("/a/100.v.tif", "/a/012.v.tif")],
+)
+def test_numbered(path, expected):
+    assert numbered(path, 12) == expected

@@ -179,7 +179,10 @@ def test_table_of_glass(inside):
     for mu in (0.2, 0.55, 0.9):
         e, _ = energy.glass(f32(mu), f32(0.3), f32(1.4), np.array([inside]), Arena())
         truth = directional_albedo(glass.Rough, {"alpha": f32(0.3), "eta": f32(eta)}, mu, Arena())[0]
-        assert e[0] == pytest.approx(truth, rel=0.01)
+        if inside and mu < 0.8:  # Cycles' table, which is too large there
+            assert truth - 0.01 < e[0] < truth + 0.1
+        else:
+            assert e[0] == pytest.approx(truth, rel=0.01)
 
 
 def test_constants_and_lanes_look_up_alike():
@@ -203,7 +206,7 @@ def test_compensated_white_metal_is_white():
 def expanded(inputs, degrees, count=1 << 15, front=True):
     seen = surface(degrees, count)
     x = {name: rgb(*v) if isinstance(v, tuple) else f32(v) for name, v in inputs.items()}
-    return [(*entry, None) for entry in principled.expand(x, np.full(count, front), seen.wo, seen.ns, Arena())]
+    return principled.expand(x, np.full(count, front), seen.wo, seen.ns, Arena())
 
 
 COLOR = {"base_color": (0.8, 0.5, 0.2)}
@@ -260,7 +263,8 @@ def test_lobes_are_known_from_constants():
     assert principled.lobes_of(constants | {"specular_ior_level": 0.0}) == {"diffuse": diffuse}
     assert principled.lobes_of(constants | {"roughness": 0.01})["specular"] is dielectric.Mirror
     assert principled.lobes_of(constants | {"diffuse_roughness": 0.5})["diffuse"] is oren_nayar
-    assert list(principled.lobes_of({})) == ["alpha", "metallic", "transmission", "specular", "diffuse"]
+    layers = ["alpha", "sheen", "coat", "metallic", "transmission", "specular", "diffuse", "subsurface"]
+    assert list(principled.lobes_of({})) == layers
 
 
 def test_lanes_and_constants_expand_alike():
@@ -272,6 +276,6 @@ def test_lanes_and_constants_expand_alike():
     a = principled.expand(values, front, seen.wo, seen.ns, Arena())
     lobes = principled.lobes_of({k: v for k, v in principled.DEFAULTS.items() if k not in values})
     b = principled.expand(wide, front, seen.wo, seen.ns, Arena(), lobes)
-    for (lobe, weight, _), (other, lanes, _) in zip(a, b, strict=True):
+    for (lobe, weight, *_), (other, lanes, *_) in zip(a, b, strict=True):
         assert lobe is other
         assert np.allclose(np.broadcast_to(weight, (3, count)), lanes, rtol=1e-5)

@@ -97,9 +97,11 @@ def test_an_unsupported_shader_is_grey_not_black():
     assert materials.programs[0].mixture.lobes == (diffuse,) and "Hair BSDF" in messages[0]
 
 
-def test_ignored_inputs_are_named():
-    _, messages = compiled(Material.principled("Paint", coat_weight=1.0), Material.principled("Plain", coat_weight=0.0))
-    assert messages == ["principled: coat weight is not supported and has no effect (material 'Paint')"]
+def test_what_is_approximated_is_named():
+    skin, plain = Material.principled("Skin", subsurface_weight=1.0), Material.principled("Plain")
+    _, messages = compiled(skin, plain)
+    assert len(messages) == 1
+    assert "subsurface scattering is approximated" in messages[0] and "'Skin'" in messages[0]
 
 
 def test_a_missing_image_is_magenta_and_said():

@@ -183,7 +183,7 @@ def test_srgb_is_interpolated_as_stored():
 
 
 def test_colours_count_times_alpha():
-    image = picture(lambda p, t: 1 + 0 * p * t)
+    image = picture(lambda p, t: 1 + 0 * p * t, colorspace="Linear Rec.709")
     image.pixels[..., 3] = 0.25
     np.testing.assert_allclose(seen(World.textured(image), AXES)[0], 0.25)
 
@@ -194,7 +194,7 @@ def test_alpha_of_files(tmp_path, ending):
     oiio = pytest.importorskip("OpenImageIO")
     buffer = oiio.ImageBuf(np.full((8, 16, 4), (0.25, 0.25, 0.25, 0.5), np.float32))
     assert buffer.write(str(tmp_path / f"veil.{ending}"), "half" if ending == "exr" else "uint16")
-    image = Image("veil", filepath=str(tmp_path / f"veil.{ending}"), colorspace="Non-Color")
+    image = Image("veil", filepath=str(tmp_path / f"veil.{ending}"), colorspace="Linear Rec.709")
     np.testing.assert_allclose(seen(World.textured(image), AXES)[0], 0.25, atol=1e-3)
 
 

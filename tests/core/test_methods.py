@@ -191,12 +191,11 @@ def test_time_limit_and_noise_target_stop_a_render():
     assert film.stats["stopped"] == "noise" and film.error() <= 0.5
 
 
-def test_adaptive_sampling_leaves_converged_pixels():
-    steady = film_of(cornell(), 64, noise_target=0.05)
-    saving = film_of(cornell(), 64, noise_target=0.05, adaptive=True)
-    assert saving.stats["rays"]["camera"] < steady.stats["rays"]["camera"]
-    again = film_of(cornell(), 64, noise_target=0.05, adaptive=True, threads=1, tile=13)
-    np.testing.assert_array_equal(saving.image(), again.image())
+def test_adaptive_sampling_does_not_depend_on_threads_or_tiles():
+    one = film_of(cornell(), 64, adaptive=True)
+    assert len(np.unique(one.counts())) > 1
+    again = film_of(cornell(), 64, adaptive=True, threads=1, tile=13, chunk=3000)
+    np.testing.assert_array_equal(one.image(), again.image())
 
 
 def test_border_renders_the_same_pixels():

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Principled BSDF node."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..bsdf import coating, dielectric, principled
+from ..bsdf.shading_normal import lifted_normal, unit_normal
+from .base import Operation
+from .closure import SUBSURFACE, Closure, is_never
+from .geometry import lookup_tangent
+
+_COATING = ("sheen_weight", "sheen_roughness", "sheen_tint", "coat_weight", "coat_roughness", "coat_ior", "coat_tint")
+
+
+def _lobes(constants, properties):
+    found = principled.lobes_of(constants)
+    found.pop("alpha", None)  # passages are decided before the surface is shaded
+    return found
+
+
+def _is_stretched(lobes):
+    return any(principled.is_stretched(lobe) for lobe in lobes.values())
+
+
+def _used(lobes):
+    names = principled.inputs_of(lobes) | {"normal"}
+    if _is_stretched(lobes):
+        names |= {"tangent"}
+    return names | ({"coat_normal"} if "coat" in lobes else set())
+
+
+def _build(context, inputs, lobes, properties):
+    s, arena = context.surface, context.arena
+    opaque = np.clip(inputs["alpha"], 0, 1)
+    known = {name: value for name, value in inputs.items() if name in principled.DEFAULTS}
+    multiscatter = properties.get("distribution", "MULTI_GGX") == "MULTI_GGX"
+    tangent = inputs.get("tangent")
+    if tangent is None and _is_stretched(lobes):
+        tangent = lookup_tangent(context)
+    coat_normal = inputs.get("coat_normal")
+    if coat_normal is not None:
+        coat_normal = lifted_normal(unit_normal(coat_normal, s.ns, arena), s.ng, s.wo, arena)
+    found = principled.expand(known, s.front, s.wo, s.ns, arena, lobes, multiscatter, tangent, coat_normal)
+    if opaque.size > 1 or opaque[0] != 1:
+        found = [(lobe, weight * opaque, params, n) for lobe, weight, params, n in found]
+    return found
+
+
+def _notes(constants, linked, properties):
+    if not is_never(constants, "subsurface_weight"):
+        yield SUBSURFACE
+
+
+# -- emission under sheen and coat -------------------------------------------------------------------------------------
+
+
+def _cover(constants):
+    """The operation that lessens what is emitted, and its inputs; None where nothing covers it."""
+    if is_never(constants, "sheen_weight") and is_never(constants, "coat_weight"):
+        return None
+    return "principled_cover", (*_COATING, "normal", "coat_normal")
+
+
+def _covered(context, inputs, properties):
+    """Share of the light from below that sheen and coat let pass towards the viewer, (3, N)."""
+    s, arena = context.surface, context.arena
+    below = np.ones((3, 1), np.float32)
+    wo, n = getattr(s, "wo", None), getattr(s, "ns", None)
+    if wo is None:  # a point that no ray has met is seen along its normal
+        n = wo = np.repeat(np.float32([[0], [0], [1]]), context.count, axis=1)
+    else:
+        n = unit_normal(inputs["normal"], n, arena) if "normal" in inputs else n
+    coat_normal = unit_normal(inputs["coat_normal"], n, arena) if "coat_normal" in inputs and hasattr(s, "wo") else None
+    x = principled.cleaned({name: inputs[name] for name in _COATING})
+    sheen_normal, coat_normal = coating.normals_of(x, n, coat_normal, arena)
+    _, below = coating.sheen_layer(x, sheen_normal, wo, below, arena)
+    _, below = coating.coat_layer(dielectric.Rough, x, coat_normal, wo, below, arena)
+    return {"value": below}
+
+
+_DEFAULTS = principled.DEFAULTS
+
+OPERATIONS = {
+    "principled_cover": Operation(
+        _covered,
+        {name: _DEFAULTS[name] for name in _COATING} | {"normal": None, "coat_normal": None},
+        foldable=False,
+    ),
+}
+
+CLOSURES = (
+    Closure(
+        "principled",
+        _DEFAULTS
+        | {"emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0}
+        | {"normal": None, "coat_normal": None, "tangent": None},
+        _lobes,
+        _build,
+        used=_used,
+        emission=("emission_color", "emission_strength", "alpha"),
+        cover=_cover,
+        transparency=("1-alpha",),
+        notes=_notes,
+        by_angle=lambda lobes, inputs: not _is_stretched(lobes) and "coat_normal" not in inputs,
+        color="base_color",
+    ),
+)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compare every node with Cycles and write docs/nodes.md: ``python -m tests.addon.nodes``."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+import bpy
+
+from .harness import SIZE, difference
+
+HERE = Path(__file__).resolve().parent
+PAGE = HERE.parents[2] / "docs" / "nodes.md"
+
+
+def cases_by_family():
+    """Title of each family to its cases, from the ``CASES`` of this folder's tests."""
+    found = {}
+    for path in sorted(HERE.glob("test_*.py")):
+        module = importlib.import_module(f".{path.stem}", __package__)
+        if hasattr(module, "CASES"):
+            found[path.stem.removeprefix("test_").replace("_", " ").capitalize()] = module.CASES
+    return found
+
+
+def rows(cases):
+    """Lines of a table: node, number of modes, largest difference, largest share beyond the tolerance."""
+    nodes = {}
+    for case in cases:
+        try:
+            nodes.setdefault(case.node, []).append((*difference(case), case))
+        except AssertionError as error:
+            print(f"FAILED {error}", flush=True)
+            nodes.setdefault(case.node, []).append((float("nan"), 1.0, case))
+    for node, measured in nodes.items():
+        worst = max(measured, key=lambda m: (m[1] > m[2].share, m[1], m[0]))
+        share = f"{worst[1]:.2%}" if worst[1] else "none"
+        mode = worst[2].name.partition(":")[2].strip()
+        yield f"| {node} | {len(measured)} | {worst[0]:.1e} | {mode} | {share} | {worst[2].tolerance:g} |"
+        print(node, f"{worst[0]:.1e}", share, flush=True)
+
+
+def main():
+    """Write the page."""
+    lines = [
+        "# Nodes beside Cycles",
+        "",
+        f"Each mode of a node is shown by a plane that emits its output, {SIZE} × {SIZE} pixels without noise, in",
+        f"Zraka and in Cycles of Blender {bpy.app.version_string}. The difference is the largest of any channel of any",
+        "pixel in the node's worst mode; beside it the share of pixels beyond the tolerance.",
+        "",
+        "`python -m tests.addon.nodes` writes this page; `pytest tests/addon/nodes` tests the same cases.",
+    ]
+    for title, cases in cases_by_family().items():
+        lines += ["", f"## {title}", ""]
+        lines += ["| node | modes | largest difference | in mode | pixels beyond | tolerance |"]
+        lines += ["| --- | ---: | ---: | --- | ---: | ---: |", *rows(cases)]
+    PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Input nodes in a world beside Cycles: what they say of directions."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+
+from zraka.addon.bench.engines import operate, watched
+
+from .nodes.harness import add, compare, fresh_scene, output, signed
+
+COORDINATES = ("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection")
+GEOMETRY = ("Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing", "Pointiness")
+SHOWN = [
+    *(("TexCoord", name) for name in COORDINATES),
+    *(("NewGeometry", name) for name in (*GEOMETRY, "Random Per Island")),
+    *(("CameraData", name) for name in ("View Vector", "View Z Depth", "View Distance")),
+    *(("ObjectInfo", name) for name in ("Location", "Random")),
+    *(("Attribute", name) for name in ("Color", "Alpha")),
+    *(("LightPath", name) for name in ("Is Camera Ray", "Ray Depth", "Transparent Depth")),
+    ("Fresnel", 0),
+    ("LayerWeight", "Facing"),
+    ("Tangent", 0),
+    ("Wireframe", 0),
+    ("NormalMap", 0),
+    ("TexNoise", 0),
+    ("TexChecker", 0),
+]
+
+
+def both(build, is_perspective=True):
+    """A world that shows what `build` returns, by Zraka and by Cycles, and Zraka's messages."""
+    scene = fresh_scene()
+    camera = scene.camera
+    camera.rotation_euler, camera.location = (1.2, 0.1, 0.4), (1, 2, 3)
+    if is_perspective:
+        camera.data.type, camera.data.lens = "PERSP", 18
+    scene.world = bpy.data.worlds.new("World")
+    if scene.world.node_tree is None:
+        scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    tree.nodes.clear()
+    background = add(tree, "Background", {"Color": build(tree)})
+    tree.links.new(output(background), add(tree, "OutputWorld").inputs["Surface"])
+    with watched() as seen:
+        ours, _ = operate(scene, "ZRAKA")
+    return ours, operate(scene, "CYCLES")[0], seen.messages
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "socket"), SHOWN)
+def test_agrees_with_cycles(kind, socket):
+    ours, theirs, messages = both(lambda tree: signed(tree, output(add(tree, kind), socket)))
+    assert messages == [] and compare(ours, theirs, 1e-3)[1] == 0
+
+
+def test_window_coordinates_of_a_world_without_perspective_are_said():
+    *_, messages = both(lambda tree: output(add(tree, "TexCoord"), "Window"), is_perspective=False)
+    assert len(messages) == 1 and "window coordinates" in messages[0]
+
+
+def test_attributes_of_the_view_layer_are_said():
+    node = {"attribute_type": "VIEW_LAYER", "attribute_name": "frame_current"}
+    *_, messages = both(lambda tree: output(add(tree, "Attribute", **node), "Color"))
+    assert len(messages) == 1 and "frame_current" in messages[0]
