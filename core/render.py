@@ -24,6 +24,7 @@ from .methods.wavefront import Chunk, Worker
 _POLL = 0.05  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
 _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
+_FIRST_LANES = 1 << 18  # of the first pass, at most
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 
 
@@ -68,7 +69,7 @@ class _Render:
         stopped = None
         with ThreadPoolExecutor(len(self._workers)) as pool:
             try:
-                for first, count in passes(settings.samples):
+                for first, count in passes(settings.samples, self._pixels.size):
                     stopped = self._pass(pool, first, count, on_pass, cancelled)
                     if stopped:
                         break
@@ -177,12 +178,15 @@ class _Render:
         )
 
 
-def passes(samples):
+def passes(samples, pixels):
     """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
 
-    Powers of four leave the Sobol points of every pass balanced, and few passes have chunks too small to be worth it.
+    Powers of four leave the Sobol points of every pass balanced. Small pictures begin with a higher one: less would not
+    be worth the calls.
     """
     first, count = 0, 1
+    while 4 * count * pixels <= _FIRST_LANES and count < adaptive.LEAST_SAMPLES:
+        count *= 4
     while first < samples:
         count = min(count, samples - first)
         yield first, count

@@ -62,6 +62,8 @@ class Context:
         What met the lanes.
     view : View, optional
         The camera, where there is no geometry that knows it.
+    unmoved : object, optional
+        The surface as it was, where the lanes have been moved aside (`core.nodes.displaced`).
     """
 
     arena: object
@@ -72,6 +74,11 @@ class Context:
     averaged: bool = False
     ray: Ray = CAMERA_RAY
     view: object = None
+    unmoved: object = None
+
+    def in_place(self):
+        """The context of the lanes where they were before they were moved aside."""
+        return self if self.unmoved is None else replace(self, surface=self.unmoved, unmoved=None)
 
     def at(self, lanes):
         """The context of a slice of the lanes."""

@@ -84,7 +84,7 @@ def _vector_displacement(context, inputs, properties):
     space = properties.get("space", "TANGENT")
     if space == "WORLD" or context.surface is None:
         return {"displacement": vector}
-    s, arena, objects = context.surface, context.arena, context.geometry.objects
+    s, arena, objects = context.in_place().surface, context.arena, context.geometry.objects
     if space == "TANGENT":
         frame = corner_values_at(context.geometry.corner_values["tangent", ""], s.prim, s.u, s.v, arena)
         n = spaces.normal_to_object(context, s.ns)

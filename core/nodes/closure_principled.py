@@ -51,6 +51,8 @@ def _build(context, inputs, lobes, properties):
 def _notes(constants, linked, properties):
     if not is_never(constants, "subsurface_weight"):
         yield SUBSURFACE
+    if not is_never(constants, "thin_wall"):
+        yield "thin walls are not supported; the surface bounds a solid"
 
 
 # -- emission under sheen and coat -------------------------------------------------------------------------------------
@@ -94,7 +96,7 @@ CLOSURES = (
     Closure(
         "principled",
         _DEFAULTS
-        | {"emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0}
+        | {"emission_color": (1.0, 1.0, 1.0), "emission_strength": 0.0, "thin_wall": 0.0}
         | {"normal": None, "coat_normal": None, "tangent": None},
         _lobes,
         _build,

@@ -3,7 +3,7 @@
 
 The steps go along two axes across the geometric normal; they are measured in footprints, the radius that a pixel of the
 camera has at the lane (`spaces.footprint`). A lane stays on its triangle, whose barycentrics are carried on beyond the
-edges, so that everything that is interpolated over it goes on evenly.
+edges, so that everything that is interpolated over it goes on evenly. Normals and tangents stay, as in Cycles.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def beside(context, steps):
         np.multiply(offset, radius, out=offset)
         u, v = _barycentrics(context, offset)
         p = np.add(s.p, offset, out=arena.empty(a.shape))
-        moved[step] = replace(context, surface=s._replace(p=p, u=u, v=v))
+        moved[step] = replace(context, surface=s._replace(p=p, u=u, v=v), unmoved=s)
     return moved
 
 

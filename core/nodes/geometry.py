@@ -57,7 +57,7 @@ def _parametric(context):
 
 
 def _surface_tangent(context):
-    return np.zeros((3, 1), np.float32) if context.surface is None else lookup_tangent(context)
+    return np.zeros((3, 1), np.float32) if context.surface is None else lookup_tangent(context.in_place())
 
 
 def _backfacing(context):
@@ -109,6 +109,7 @@ def _geometry(context, inputs, properties):
 
 
 def _tangent(context, inputs, properties):
+    context = context.in_place()
     if properties.get("direction_type", "RADIAL") == "RADIAL":
         return {"tangent": radial_tangent(context, properties.get("axis", "Z"))}
     s = context.surface

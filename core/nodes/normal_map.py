@@ -17,6 +17,7 @@ from .base import Operation
 
 
 def _normal_map(context, inputs, properties):
+    context = context.in_place()
     arena = context.arena
     ns = spaces.shading_normal(context)
     if context.surface is None:

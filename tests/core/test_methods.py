@@ -166,9 +166,14 @@ def test_depth_counts_hits():
 
 
 def test_passes_grow_and_add_up():
-    assert list(passes(1)) == [(0, 1)]
-    assert [count for _, count in passes(11)] == [1, 3, 7]
-    assert max(count for _, count in passes(1000)) == 64
+    large = 1920 * 1080
+    assert list(passes(1, large)) == list(passes(1, 100)) == [(0, 1)]
+    assert [count for _, count in passes(11, large)] == [1, 3, 7]
+    assert max(count for _, count in passes(1000, large)) == 64
+
+
+def test_small_pictures_begin_with_more_samples():
+    assert [next(passes(1000, side * side))[1] for side in (10, 200, 400, 800)] == [16, 4, 1, 1]
 
 
 def test_every_pass_is_shown_and_cancel_keeps_it():
@@ -177,11 +182,11 @@ def test_every_pass_is_shown_and_cancel_keeps_it():
 
     def on_pass(film, progress):
         seen.append((film.samples, progress))
-        if film.samples >= 4:
+        if film.samples >= 64:
             cancel.set()
 
     film = render(compile_scene(cornell(), settings, Diagnostics()), settings, on_pass, cancel.is_set)
-    assert seen[0][0] == 1 and film.stats["stopped"] == "cancelled"
+    assert seen[0][0] == 16 and film.stats["stopped"] == "cancelled"
     assert np.isfinite(film.image()).all() and film.image()[..., 0].mean() > 0
 
 
