@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A node graph of a material or a world to straight-line code over lanes.
-
-Constants are folded and equal subexpressions shared. What is left constant stands in a table, one row a material, so
-that graphs of equal structure share one program.
-"""
+"""A node graph of a material or a world to instructions; constants are folded and equal subexpressions shared."""
 
 from __future__ import annotations
 
@@ -17,11 +13,7 @@ from ..nodes import OPERATIONS
 from ..nodes.base import Context, as_vector
 from ..nodes.convert import OPERATIONS as ARITHMETIC
 from ..nodes.convert import to_dimension
-from ..nodes.displaced import beside
 from ..scene import Link
-
-# A graph of thousands of nodes is run over few lanes at a time, so that its memory stays bounded.
-_MOST_VALUES, _FEWEST_LANES = 1 << 24, 1 << 10
 
 
 class Const(NamedTuple):
@@ -161,7 +153,7 @@ class Builder:
         if not isinstance(value, Register):
             return value
         moved = {}
-        for index in _live(self.instructions, [value]):
+        for index in live(self.instructions, [value]):
             old = self.instructions[index]
             if OPERATIONS[old.op].displaced:
                 moved[index] = index
@@ -190,7 +182,7 @@ class Builder:
 
     def _append(self, op, arguments, properties, step):
         """Number of the instruction that does this."""
-        key = (op, tuple((n, _key(v)) for n, v in arguments.items()), _property_key(properties), step)
+        key = (op, tuple((n, _key(v)) for n, v in arguments.items()), property_key(properties), step)
         index = self._shared.setdefault(key, len(self.instructions))
         if index == len(self.instructions):
             self.instructions.append(Instruction(op, arguments, properties, step, key))
@@ -222,129 +214,6 @@ class _Outputs(dict):
         return iter((Register(self._index, "value"),))
 
 
-class Constants:
-    """Rows of a table of constants (C, M) over lanes; what is the same in all rows stays constant.
-
-    Parameters
-    ----------
-    table : (C, M) float32
-    rows : (N,) int32 or None
-        None where there is one row.
-    arena : Arena
-    """
-
-    def __init__(self, table, rows, arena):
-        self._table, self.rows, self._arena = table, rows, arena
-
-    @property
-    def shape(self):
-        """(C, N), or (C, 1)."""
-        return len(self._table), 1 if self.rows is None else self.rows.size
-
-    def __getitem__(self, index):
-        """Number or slice `index` of the constants, (N,) or (·, N); with a slice of lanes, `Constants` of these."""
-        if isinstance(index, tuple):
-            return Constants(self._table, self.rows[index[1]], self._arena)
-        part = self._table[index]
-        return part if self.rows is None else self._arena.take(part, self.rows)
-
-
-class Code:
-    """Straight-line code that computes `results` of a builder, with constants in a table.
-
-    Parameters
-    ----------
-    builder : Builder
-    results : mapping of hashable to Const or Register
-
-    Attributes
-    ----------
-    operations : frozenset of str
-        Names of those that run.
-    """
-
-    def __init__(self, builder, results):
-        self._constants = []
-        self._slots = 0
-        used = _live(builder.instructions, results.values())
-        number = {old: new for new, old in enumerate(used)}
-        self._steps = []
-        for old in used:
-            instruction = builder.instructions[old]
-            operation = OPERATIONS[instruction.op]
-            arguments = {
-                name: (self._place(v, number), _dimension(operation.inputs[name]))
-                for name, v in instruction.arguments.items()
-            }
-            self._steps.append((operation.run, arguments, instruction.properties, instruction.step))
-        self.operations = frozenset(builder.instructions[i].op for i in used)
-        self._beside = {step for *_, step in self._steps} - {(0.0, 0.0)}
-        self.results = {name: self._place(v, number) for name, v in results.items()}
-        self.row = np.concatenate(self._constants) if self._constants else np.zeros(0, np.float32)
-        self.key = (
-            tuple((builder.instructions[i].op, *builder.instructions[i].key[2:]) for i in used),
-            tuple(tuple(a.items()) for _, a, *_ in self._steps),
-            tuple(self.results.items()),
-        )
-
-    @property
-    def is_constant(self):
-        """Whether the results are the same at every point of a material."""
-        return not self._steps
-
-    def constant(self, place, table):
-        """The value (M,) or (3, M) of `place` in all rows of `table` (C, M); None where it is computed."""
-        kind, index, part = place
-        return None if kind != "constant" else table[index] if part == 1 else table[index : index + 3]
-
-    def run(self, context, constants, wanted=None):
-        """Results over lanes, those whose names are in `wanted` (None: all).
-
-        `constants` are `Constants` or an array (C, N), or (C, 1) when all lanes share one row.
-        """
-        if len(self._steps) * context.count <= _MOST_VALUES:
-            return self._run(context, constants, wanted)
-        size, parts = max(_MOST_VALUES // len(self._steps), _FEWEST_LANES), []
-        for start in range(0, context.count, size):
-            lanes = slice(start, min(start + size, context.count))
-            with context.arena.frame():
-                own = constants if constants.shape[-1] == 1 else constants[:, lanes]
-                found = self._run(context.at(lanes), own, wanted)
-                count = lanes.stop - lanes.start
-                parts.append({name: np.array(np.broadcast_to(v, (*v.shape[:-1], count))) for name, v in found.items()})
-        return {name: np.concatenate([part[name] for part in parts], axis=-1) for name in found}
-
-    def _run(self, context, constants, wanted):
-        registers = []
-        contexts = {(0.0, 0.0): context}
-        if self._beside:
-            contexts |= beside(context, self._beside)
-
-        def fetch(place):
-            kind, index, part = place
-            if kind == "constant":
-                return constants[index] if part == 1 else constants[index : index + 3]
-            return registers[index][part]
-
-        with np.errstate(all="ignore"):  # what is not finite goes through: the film leaves it out and counts it
-            for run, arguments, properties, step in self._steps:
-                inputs = {}
-                for name, (place, dimension) in arguments.items():
-                    value = fetch(place)
-                    inputs[name] = value if dimension is None else to_dimension(value, dimension, context.arena)
-                registers.append(run(contexts[step], inputs, properties))
-            return {name: fetch(place) for name, place in self.results.items() if wanted is None or name in wanted}
-
-    def _place(self, value, number):
-        if isinstance(value, Register):
-            return ("register", number[value.index], value.output)
-        flat = value.value.reshape(-1)
-        slot = self._slots
-        self._constants.append(flat)
-        self._slots += flat.size
-        return ("constant", slot, flat.size)
-
-
 def post_order(nodes, root):
     """Node numbers below `root`, each after those it reads; links that would close a loop are left out.
 
@@ -370,7 +239,12 @@ def _children(node):
     return [v.node for v in node.inputs.values() if isinstance(v, Link)]
 
 
-def _live(instructions, results):
+def dimension_of(default):
+    """Rows of an input with that default: 3 of a vector, 1 of a number; None where any will do."""
+    return None if default is None else (3 if isinstance(default, tuple) else 1)
+
+
+def live(instructions, results):
     """Numbers of the instructions that `results` need, ascending."""
     needed = {v.index for v in results if isinstance(v, Register)}
     for index in range(len(instructions) - 1, -1, -1):
@@ -379,14 +253,16 @@ def _live(instructions, results):
     return sorted(needed)
 
 
-def _dimension(default):
-    return None if default is None else (3 if isinstance(default, tuple) else 1)
-
-
 def _key(value):
     return ("constant", value.value.tobytes()) if isinstance(value, Const) else value
 
 
-def _property_key(properties):
-    plain = str | int | float | bool | tuple
-    return tuple(sorted((name, v if isinstance(v, plain) else id(v)) for name, v in properties.items()))
+def property_key(properties, plain_only=False):
+    """A key of an operation's properties; with `plain_only`, of two pictures or tables it only tells the kind."""
+
+    def key(value):
+        if isinstance(value, str | int | float | bool | tuple):
+            return value
+        return type(value).__name__ if plain_only else id(value)
+
+    return tuple(sorted((name, key(v)) for name, v in properties.items()))

@@ -21,7 +21,8 @@ from ..nodes.base import Context, as_vector
 from ..nodes.closures import CLOSURES
 from ..scene import Link, Node
 from .angular import tabulate
-from .graph import Builder, Code, Const, Constants, post_order
+from .code import Code, Table
+from .graph import Builder, Const, post_order
 
 _OWN = ("weight", "normal", "base_normal")  # inputs that are not the closure's alone
 
@@ -117,9 +118,7 @@ class Materials:
 
     def constants(self, number, kind, material, arena):
         """`Constants` of code `kind` of program `number` for lanes of the given `material` (N,)."""
-        table = self._tables[number][kind]
-        rows = None if table.shape[1] == 1 else arena.take(self.row_of, material)
-        return Constants(table, rows, arena)
+        return self._tables[number][kind].over(arena.take(self.row_of, material), arena)
 
     def groups(self, material, arena):
         """Yield (program number, lanes) of the programs that occur; lanes is None when there is one program."""
@@ -140,16 +139,19 @@ def compile_materials(materials, diagnostics):
     for m, material in enumerate(materials):
         program, key = compile_program(material, diagnostics)
         number = known.setdefault(key, len(programs))
-        if number == len(programs):
+        is_new = number == len(programs)
+        if is_new:
             programs.append(program)
             rows.append({"scatter": [], "emission": [], "transparency": [], "holdout": []})
         for kind, kept in rows[number].items():
             code = getattr(program, kind)
             kept.append(code.row if code else np.zeros(0, np.float32))
+            if code and not is_new:
+                getattr(programs[number], kind).adopt(code)
         program_of[m], row_of[m] = number, len(rows[number]["scatter"]) - 1
-    tables = [{kind: _table(kept) for kind, kept in group.items()} for group in rows]
+    tables = [{kind: Table(kept) for kind, kept in group.items()} for group in rows]
     for program, table in zip(programs, tables, strict=True):
-        program.tabulate(table["scatter"])
+        program.tabulate(table["scatter"].values)
     compiled = Materials(tuple(programs), program_of, row_of, [], tables)
     compiled.emission = [_emission(compiled, m) for m in range(len(materials))]
     return compiled
@@ -317,11 +319,6 @@ def _scaled(color, weight, arena):
     if weight.size == 1 and weight.reshape(-1)[0] == 1:
         return color
     return np.multiply(color, weight, out=arena.empty((3, max(color.shape[-1], weight.shape[-1]))))
-
-
-def _table(rows):
-    """Rows of one program as columns (C, rows)."""
-    return np.ascontiguousarray(np.array(rows, np.float32).reshape(len(rows), -1).T)
 
 
 def _emission(materials, m):

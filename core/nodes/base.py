@@ -35,6 +35,10 @@ class Ray(NamedTuple):
     transmission_depth: float = 0.0
     transparent_depth: float = 0.0
 
+    def at(self, lanes):
+        """The rays of some lanes, an index or a slice."""
+        return Ray(*(_lanes(column, lanes) for column in self))
+
 
 CAMERA_RAY = Ray(camera=1.0)
 SCATTERED_RAY = Ray(depth=1.0)
@@ -81,11 +85,11 @@ class Context:
         return self if self.unmoved is None else replace(self, surface=self.unmoved, unmoved=None)
 
     def at(self, lanes):
-        """The context of a slice of the lanes."""
-        columns = (None if s is None else type(s)(*(_lanes(a, lanes) for a in s)) for s in (self.surface, self.ray))
-        surface, ray = columns
+        """The context of some lanes, a slice or numbers (N,)."""
+        surface, ray = (None if s is None else _Part(s, lanes) for s in (self.surface, self.ray))
         direction = None if self.direction is None else self.direction[:, lanes]
-        return replace(self, count=lanes.stop - lanes.start, surface=surface, ray=ray, direction=direction)
+        count = lanes.stop - lanes.start if isinstance(lanes, slice) else lanes.size
+        return replace(self, count=count, surface=surface, ray=ray, direction=direction)
 
 
 @dataclass(frozen=True)
@@ -119,9 +123,24 @@ class Operation:
     displaced: str = ""
 
 
-def _lanes(column, lanes):
-    """A slice of a column; what is one for all lanes stays."""
-    return column[..., lanes] if getattr(column, "ndim", 0) and column.shape[-1] > 1 else column
+class _Part:
+    """Some lanes of a surface or of rays; a column is taken when it is first read."""
+
+    def __init__(self, whole, lanes):
+        self._whole, self._at = whole, lanes
+
+    def __getattr__(self, name):
+        column = getattr(self._whole, name)
+        if getattr(column, "ndim", 0) and column.shape[-1] > 1:  # what is one for all lanes stays
+            column = column[..., self._at] if isinstance(self._at, slice) else np.take(column, self._at, axis=-1)
+        setattr(self, name, column)
+        return column
+
+    def _replace(self, **columns):
+        """The same lanes with other columns, as of a NamedTuple."""
+        part = _Part(self._whole, self._at)
+        part.__dict__.update(self.__dict__ | columns)
+        return part
 
 
 class Outputs(dict):

@@ -6,11 +6,15 @@ import pytest
 
 from zraka.core.arena import Arena
 from zraka.core.bsdf import conductor, diffuse
+from zraka.core.compile import compile_scene
 from zraka.core.compile.graph import post_order
 from zraka.core.compile.materials import compile_materials
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.nodes.base import Context
-from zraka.core.scene import Image, Link, Material, Node
+from zraka.core.scene import Camera, Image, Instance, Link, Material, Node, Scene
+from zraka.core.settings import Settings
+
+from .scenes import quad
 
 
 def compiled(*materials):
@@ -130,3 +134,25 @@ def test_a_loop_is_cut():
 def test_material_without_surface_is_black():
     materials, _ = compiled(Material("empty"))
     assert materials.programs[0].mixture.lobes == ()
+
+
+# -- pictures ----------------------------------------------------------------------------------------------------------
+
+
+def emitting(color):
+    """A material that shows a picture of one colour."""
+    pixels = np.ones((2, 2, 4), np.float32)
+    pixels[..., :3] = color
+    image = Image("flat", pixels=pixels, colorspace="Non-Color")
+    nodes = (Node("image", {}, {"image": image}), Node("emission", {"color": Link(0, "color")}))
+    return Material("picture", nodes, 1)
+
+
+def test_materials_that_differ_in_pictures_share_a_program():
+    shades = np.random.default_rng(1).random((5, 3)).astype(np.float32)
+    quads = tuple(Instance(quad(), materials=(emitting(shade),)) for shade in shades)
+    compiled = compile_scene(Scene(Camera(np.eye(4), (-1, 1, -1, 1)), quads), Settings(), Diagnostics())
+    assert len(compiled.materials.programs) == 1
+    prim = np.array([0, 9, 4, 4, 7, 1, 2], np.int32)
+    seen = compiled.emission_at(prim, *np.full((2, prim.size), 0.25, np.float32), Arena())
+    np.testing.assert_allclose(seen.T, shades[prim // 2], rtol=1e-6)

@@ -8,7 +8,8 @@ import pytest
 
 from zraka.core.arena import Arena
 from zraka.core.compile import graph
-from zraka.core.compile.graph import Builder, Code
+from zraka.core.compile.code import Code
+from zraka.core.compile.graph import Builder
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.nodes import (
     blackbody,

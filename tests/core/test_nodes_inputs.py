@@ -10,7 +10,7 @@ from zraka.core.arena import Arena
 from zraka.core.bsdf import diffuse
 from zraka.core.bsdf.bumped import SMOOTH, bumped, softening
 from zraka.core.bsdf.shading_normal import lifted_normal
-from zraka.core.compile import compile_scene, graph
+from zraka.core.compile import code, compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.compile.materials import compile_program
 from zraka.core.compile.needs import Needs, needs_of
@@ -300,7 +300,7 @@ def test_two_thousand_nodes_run_in_bounded_memory(monkeypatch):
     whole = np.array(made.emission_at(np.zeros(u.size, np.int32), u, v, arena))
     np.testing.assert_allclose(whole[0], u + v + 2, atol=1e-3)
     assert arena.nbytes < 1 << 26
-    monkeypatch.setattr(graph, "_MOST_VALUES", 1 << 40)
+    monkeypatch.setattr(code, "_MOST_VALUES", 1 << 40)
     np.testing.assert_array_equal(made.emission_at(np.zeros(u.size, np.int32), u, v, Arena()), whole)
 
 
