@@ -15,12 +15,12 @@ def register():
         return
     import bpy
 
-    from . import cli, engine, preferences, properties, ui
+    from . import cli, denoise, engine, preferences, properties, ui, view_layer
 
     if not bpy.app.binary_path:
         # Blender as a module crashes at its end (4.2) over classes that are still registered.
         atexit.register(unregister)
-    for module in (properties, preferences, engine, ui, cli):
+    for module in (properties, preferences, engine, ui, denoise, view_layer, cli):
         module.register()
         _registered.append(module)
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import bpy
 
 from . import passes
@@ -25,6 +27,7 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
         # Blender makes engines only to ask for their passes, too: nothing may happen here.
         super().__init__(*args, **kwargs)
         self.session = Session()
+        self.viewport = None
 
     def update_render_passes(self, scene, view_layer):
         """Tell which passes a view layer will have."""
@@ -38,6 +41,18 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
         """Trace what was exported."""
         self.session.render(self, depsgraph)
 
+    def view_update(self, context, depsgraph):
+        """Export what Rendered shading shows; called first, and when something changed."""
+        if self.viewport is None:
+            from .viewport.viewport import Viewport  # a Blender without a window has no use for it
+
+            self.viewport = Viewport(self)
+        self.viewport.update(context, depsgraph)
+
+    def view_draw(self, context, depsgraph):
+        """Draw Rendered shading."""
+        self.viewport.draw(context, depsgraph)
+
 
 def register():
     """Add the engine."""
@@ -45,5 +60,7 @@ def register():
 
 
 def unregister():
-    """Remove it."""
+    """Remove it, and end what it still does."""
+    if worker := sys.modules.get(f"{__package__}.viewport.worker"):
+        worker.stop_all()
     bpy.utils.unregister_class(ZrakaRenderEngine)

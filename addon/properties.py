@@ -14,9 +14,14 @@ METHODS = (
     ("RAYTRACE", "Ray Tracing", "Ray casting and mirror and refracted rays, to the depth chosen: no soft light"),
     ("PATHTRACE", "Path Tracing", "All light, by random paths: right on average, and noise falls with samples"),
 )
+FILTERS = (
+    ("BOX", "Box", "The mean over the pixel: sharp, with steps along bright edges"),
+    ("GAUSSIAN", "Gaussian", "A bell of the width below: soft edges"),
+    ("BLACKMAN_HARRIS", "Blackman-Harris", "A bell that ends at the width below, as in Cycles by default"),
+)
 OVERRIDES = ("reflectivity", "transparency", "ior", "exponent", "ambient")
 SAME_NAME = (
-    "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect"
+    "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect filter_width"
 ).split()
 
 
@@ -34,6 +39,14 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=128,
         min=1,
         soft_max=4096,
+    )
+    viewport_samples: IntProperty(
+        name="Viewport Samples",
+        description="Samples of every pixel in Rendered shading. Four times as many halve the noise that is left; "
+        "the first pictures come as soon with any number",
+        default=64,
+        min=1,
+        soft_max=1024,
     )
     depth: IntProperty(
         name="Depth",
@@ -96,6 +109,19 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=100.0,
+    )
+    pixel_filter: EnumProperty(
+        name="Pixel Filter",
+        description="How a pixel weighs what is seen in and around it; no filter takes longer than another",
+        items=FILTERS,
+        default="BLACKMAN_HARRIS",
+    )
+    filter_width: FloatProperty(
+        name="Width",
+        description="Width of the pixel filter in pixels: wider is softer. The box is always one pixel wide",
+        default=1.5,
+        min=0.01,
+        max=10.0,
     )
     use_reflectivity: _override("reflectivity")
     reflectivity: FloatProperty(
@@ -161,7 +187,7 @@ def settings_of(scene, **overrides):
     """
     group = scene.zraka
     chosen = {name: getattr(group, name) for name in SAME_NAME}
-    chosen["method"] = group.method.lower()
+    chosen["method"], chosen["pixel_filter"] = group.method.lower(), group.pixel_filter.lower()
     chosen["threads"] = scene.render.threads if scene.render.threads_mode == "FIXED" else 0
     chosen["transparent_film"] = scene.render.film_transparent
     chosen |= {name: getattr(group, name) for name in OVERRIDES if getattr(group, f"use_{name}")}

@@ -67,7 +67,8 @@ def export_job(depsgraph, camera=None, size=None, **overrides):
     border = render_border(scene, width, height)
     if border and (border[0] >= border[2] or border[1] >= border[3]):
         raise SceneError("the render border holds no pixel; widen it or switch it off")
-    settings = properties.settings_of(scene, width=width, height=height, border=border, **overrides)
+    guides = passes.guides_of(depsgraph)
+    settings = properties.settings_of(scene, width=width, height=height, border=border, guides=guides, **overrides)
     if scene.render.use_multiview:
         diagnostics.warn("stereo views are not rendered apart; each shows the picture of the one camera")
     description = export_scene(depsgraph, diagnostics, camera=camera, size=(width, height))
@@ -103,15 +104,17 @@ class Display:
         self._engine.update_stats("", progress_line(film, self._settings))
         self._next = time.perf_counter() + SHOW_EVERY
 
-    def close(self, film):
-        """Leave the last picture standing; a render that was cancelled keeps what it has."""
+    def close(self, film, guides=None, names=None):
+        """Leave the last picture standing, with all passes; a render that was cancelled keeps what it has."""
         if film is not None:
-            self._write(film)
+            self._write(film, self._settings, guides)
+        if names:
+            passes.write_metadata(self._engine.get_result(), self._view_layer, names)
         self._engine.end_result(self._result)
 
-    def _write(self, film):
+    def _write(self, film, settings=None, guides=None):
         if self.layer is not None:
-            passes.write_passes(film, self.layer, self._view_layer)
+            passes.write_passes(film, self.layer, self._view_layer, settings, guides)
 
 
 def render_job(job, engine, view_layer):
@@ -123,7 +126,7 @@ def render_job(job, engine, view_layer):
     settings = job.settings
     compiled = compile_scene(job.scene, settings, job.diagnostics)
     display = Display(engine, view_layer, settings)
-    film = None
+    film = guides = names = None
 
     def on_pass(latest, progress):
         nonlocal film
@@ -135,8 +138,19 @@ def render_job(job, engine, view_layer):
             for name in passes.missing_passes(display.layer, view_layer):
                 job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
         film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
+        if settings.guides.names and film.stats.get("stopped") != "cancelled":
+            engine.update_stats("", "Rendering passes")
+            guides, names = _guides(compiled, job, engine.test_break)
     finally:
-        display.close(film)
+        display.close(film, guides, names)
+
+
+def _guides(compiled, job, cancelled):
+    """The pictures that passes show, and the names that their ids stand for."""
+    from ..core.methods.guides import matte_names, render_guides
+
+    guides = render_guides(compiled, job.scene, job.settings, cancelled)
+    return guides, matte_names(compiled, job.scene, job.settings.guides)
 
 
 class Session:

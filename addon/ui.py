@@ -81,6 +81,7 @@ class RENDER_PT_zraka_sampling(_Panel, bpy.types.Panel):
     def draw_settings(self, column, settings):
         """Draw samples, limits and seed."""
         column.prop(settings, "samples")
+        column.prop(settings, "viewport_samples")
         column.prop(settings, "noise_target")
         column.prop(settings, "adaptive")
         column.prop(settings, "time_limit")
@@ -102,15 +103,20 @@ class RENDER_PT_zraka_light_paths(_Panel, bpy.types.Panel):
 
 
 class RENDER_PT_zraka_film(_Panel, bpy.types.Panel):
-    """What stands behind the scene."""
+    """What stands behind the scene, and how pixels take it in."""
 
     bl_label = "Film"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
 
     def draw(self, context):
-        """Draw Blender's own switch."""
+        """Draw Blender's own switch and the pixel filter."""
+        settings = context.scene.zraka
         self.layout.use_property_split = True
         self.layout.prop(context.scene.render, "film_transparent", text="Transparent")
+        column = self.layout.column()
+        column.prop(settings, "pixel_filter")
+        if settings.pixel_filter != "BOX":
+            column.prop(settings, "filter_width")
 
 
 class RENDER_PT_zraka_performance(_Panel, bpy.types.Panel):
@@ -129,6 +135,7 @@ class RENDER_PT_zraka_performance(_Panel, bpy.types.Panel):
         threads = column.column()
         threads.enabled = render.threads_mode == "FIXED"
         threads.prop(render, "threads")
+        column.prop(render, "preview_pixel_size", text="Viewport Pixel Size")
 
 
 class OBJECT_PT_zraka_plane(_Panel, bpy.types.Panel):

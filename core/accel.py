@@ -77,7 +77,7 @@ class Accel:
         api = _Api.reach(self._scene, device) if native else None
         self._buffers = []
         self._triangle_count = geometry.triangle_count
-        if geometry.triangle_count and not (api and self._attach_triangles(api, geometry.facets)):
+        if geometry.triangle_count and not (api and self._attach_triangles(api, geometry.vertices, geometry.index)):
             TriangleMesh(self._scene, np.ascontiguousarray(geometry.corners.T).reshape(-1, 3, 3))
         self._spheres_attached = bool(
             api
@@ -135,14 +135,10 @@ class Accel:
         clock.seconds += perf_counter() - start
         return found
 
-    def _attach_triangles(self, api, facets):
-        # A facet is four points to Embree, of which the fourth, the normal, is in no triangle. Embree may read 16 bytes
-        # from the last index on.
-        index = np.zeros((len(facets) + 2, 3), np.uint32)
-        index[:-2] = np.arange(0, 4 * len(facets), 4, dtype=np.uint32)[:, None] + np.arange(3, dtype=np.uint32)
-        self._buffers += [facets, index]
+    def _attach_triangles(self, api, vertices, index):
+        self._buffers += [vertices, index]
         return api.attach(
-            _TRIANGLES, [(_VERTEX, _FLOAT3, facets, 16, 4 * len(facets)), (_INDEX, _UINT3, index, 12, len(facets))]
+            _TRIANGLES, [(_VERTEX, _FLOAT3, vertices, 16, len(vertices)), (_INDEX, _UINT3, index, 12, len(index))]
         )
 
     def _attach_spheres(self, api, spheres):

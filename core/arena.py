@@ -94,6 +94,11 @@ class _Frame:
         self._arena._block, self._arena._top = self._mark
 
 
+def uninitialised(shape, dtype=np.float32):
+    """An array of its own, for large tables that are written whole; unlike zeros, numpy asks huge pages for it."""
+    return np.empty(shape, dtype)
+
+
 @cache
 def _itemsize(dtype):
     return np.dtype(dtype).itemsize

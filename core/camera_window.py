@@ -36,13 +36,15 @@ def blender_window(
         Width and height of a pixel, in any unit.
     ortho_scale : float
         World units that the fitted side spans; for ORTHOGRAPHIC only.
-    projection : {"PERSPECTIVE", "ORTHOGRAPHIC"}
+    projection : {"PERSPECTIVE", "ORTHOGRAPHIC", "PANORAMIC"}
 
     Returns
     -------
     left, right, bottom, top : float
-        On the plane at distance 1 for PERSPECTIVE, in world units for ORTHOGRAPHIC.
+        On the plane at distance 1 for PERSPECTIVE, in world units for ORTHOGRAPHIC, in whole panoramas for PANORAMIC.
     """
+    if projection == "PANORAMIC":  # its shifts are parts of the frame's own sides
+        return shift_x, 1 + shift_x, shift_y, 1 + shift_y
     w, h = width * pixel_aspect_x, height * pixel_aspect_y
     horizontal = sensor_fit == "HORIZONTAL" or (sensor_fit == "AUTO" and w >= h)
     fitted = w if horizontal else h

@@ -12,6 +12,8 @@ import numpy as np
 
 from .sampling.color import luminance
 
+_PART = 1 << 16  # pixels
+
 
 class Film:
     """Sums of a region of pixels.
@@ -27,9 +29,10 @@ class Film:
     def __init__(self, width, height, alpha=False):
         self.width, self.height = width, height
         self.samples = 0
-        # Two half pictures, whose difference tells the error of their mean.
         self._lock = Lock()
-        self._sums = np.zeros((2, 4 if alpha else 3, height * width))
+        self._sums = np.zeros((4 if alpha else 3, height * width))
+        # The luminance of one half of the samples, which tells the error of the mean of both.
+        self._half = np.zeros(height * width)
         self._counts = np.zeros((2, height * width), np.int32)
         self.nonfinite = 0
         self.stats = {}
@@ -54,25 +57,19 @@ class Film:
         bad = np.flatnonzero(~np.isfinite(radiance).all(axis=0))
         if bad.size:
             radiance[:, bad] = 0
-        for half in (0, 1):
-            numbers = [k for k, sample in enumerate(samples) if sample.bit_count() & 1 == half]
-            if numbers:
-                with self._lock:
-                    self._add_half(half, pixels, radiance, numbers)
+        in_half = [sample.bit_count() & 1 == 0 for sample in samples]
+        with self._lock:
+            for channel, rows in zip(self._sums, radiance, strict=True):
+                _accumulate(channel, pixels, rows, [True] * len(in_half))
+            _accumulate(self._half, pixels, luminance(radiance), in_half)
+            self._counts[0][pixels] += sum(in_half)
+            self._counts[1][pixels] += len(in_half) - sum(in_half)
         return bad.size
-
-    def _add_half(self, half, pixels, radiance, numbers):
-        for channel, rows in zip(self._sums[half], radiance, strict=True):
-            total = channel[pixels]
-            for k in numbers:  # one after the other, so that the chunk's size changes no bit
-                total += rows[k * pixels.size : (k + 1) * pixels.size]
-            channel[pixels] = total
-        self._counts[half][pixels] += len(numbers)
 
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
         with self._lock:
-            return self._sums.sum(axis=0) / np.maximum(self._counts.sum(axis=0), 1)
+            return self._sums / np.maximum(self._counts.sum(axis=0), 1)
 
     def counts(self):
         """Samples of each pixel, (H·W,) int32."""
@@ -82,17 +79,18 @@ class Film:
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
         out = np.ones((self.height * self.width, 4), np.float32)
-        mean = self.mean()
-        out[:, : mean.shape[0]] = mean.T
+        with self._lock:
+            for part in self._parts():
+                count = np.maximum(self._counts[:, part].sum(axis=0), 1)
+                out[part, : len(self._sums)] = (self._sums[:, part] / count).T
         return out.reshape(self.height, self.width, 4)
 
     def pixel_error(self):
         """Estimated standard error (H, W) of each pixel's luminance; infinite where a half has no sample."""
+        error = np.zeros(self.height * self.width)
         with self._lock:
-            a, b = (luminance(s) / np.maximum(n, 1) for s, n in zip(self._sums, self._counts, strict=True))
-            unknown = np.min(self._counts, axis=0) == 0
-        error = np.abs(a - b) / 2
-        error[unknown] = np.inf
+            for part in self._parts():
+                error[part] = self._halves(part)[0]
         return error.reshape(self.height, self.width)
 
     def error(self):
@@ -100,9 +98,35 @@ class Film:
 
         Infinite before both halves hold a sample; 0 for a black picture without error.
         """
-        error = self.pixel_error()
-        if not np.isfinite(error).all():
+        square = level = 0.0
+        with self._lock:
+            for part in self._parts():
+                error, mean = self._halves(part)
+                square, level = square + float(np.sum(error**2)), level + float(np.sum(mean))
+        count = self.height * self.width
+        if not np.isfinite(square):
             return float("inf")
-        rmse = float(np.sqrt(np.mean(error**2)))
-        level = float(np.mean(luminance(self.mean())))
+        rmse, level = (square / count) ** 0.5, level / count
         return rmse / level if level > 0 else (0.0 if rmse == 0 else float("inf"))
+
+    def _parts(self):
+        """Slices of the pixels, so that what is computed from them stays small."""
+        total = self.height * self.width
+        return [slice(start, min(start + _PART, total)) for start in range(0, total, _PART)]
+
+    def _halves(self, part):
+        """Half the difference of both halves' mean luminance, infinite where one has no sample; and the whole's."""
+        counts, whole, half = self._counts[:, part], luminance(self._sums[:, part]), self._half[part]
+        one, other = np.maximum(counts, 1)
+        error = np.abs(half / one - (whole - half) / other) / 2
+        error[np.min(counts, axis=0) == 0] = np.inf
+        return error, whole / np.maximum(counts.sum(axis=0), 1)
+
+
+def _accumulate(total, pixels, rows, chosen):
+    """Add the `chosen` blocks of `rows` to `total`, one after the other, so that the chunk's size changes no bit."""
+    own = total[pixels]
+    for k, is_chosen in enumerate(chosen):
+        if is_chosen:
+            own += rows[k * pixels.size : (k + 1) * pixels.size]
+    total[pixels] = own

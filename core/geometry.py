@@ -2,8 +2,8 @@
 """Everything that a ray can hit, as read-only tables.
 
 Primitives are numbered through: triangles ``0..T-1``, then S spheres, then K infinite planes. A triangle's corners,
-normal and error bound stand in one row of 64 bytes, its *facet*: a hit costs one cache line, and Embree reads its
-vertices from the same memory.
+normal and error bound stand in one row of 64 bytes, its *facet*: a hit costs one cache line. Embree is given vertices
+that triangles share, from which it builds its tree faster.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .arena import Arena
 from .scene import Material
 from .spaces import Objects, View
 
@@ -22,14 +23,18 @@ NORMAL = slice(12, 15)
 OFFSET, NORMAL_ROW = 3, 15
 FACET_COLUMNS = 16
 
+# So many triangles are worked on at once: few enough to stay in the cache, enough for threads not to wait for Python.
+BLOCK = 1 << 15
+
+# Rows that must follow the index: Embree may read 16 bytes from each on.
+INDEX_PADDING = 2
+
 UNIT_ROUNDOFF = 2.0**-24
 
 # Of a triangle's offset: shares of its corners' coordinates (4 gamma(7)) and of its longest side.
 # tests/core/test_interaction.py holds them to zero false hits.
 _SLACK = 28 * UNIT_ROUNDOFF
 _SIDE_SLACK = 32 * UNIT_ROUNDOFF
-
-_BLOCK = 1 << 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +48,9 @@ class Geometry:
     facets : (T, 16) float32
         Rows ``v0, offset, v1, 0, v2, 0, ng, normal row (int32 bits)``: corners, unit normal of the front, distance
         along the normal that clears the surface (`core.interaction`).
+    vertices, index : (V, 4) float32, (T, 3) uint32
+        The same corners as Embree reads them: points and a zero, and each triangle's numbers of them. `INDEX_PADDING`
+        rows follow the index in memory.
     centers, radii : (3, S), (S,) float32
     plane_points, plane_normals : (3, K) float32
         The point of each plane that is nearest to `origin`, and its unit normal.
@@ -61,6 +69,8 @@ class Geometry:
 
     origin: np.ndarray
     facets: np.ndarray
+    vertices: np.ndarray
+    index: np.ndarray
     centers: np.ndarray
     radii: np.ndarray
     plane_points: np.ndarray
@@ -88,16 +98,24 @@ class Geometry:
         material : Material, optional
             Of every primitive.
         """
-        corners = np.asarray(triangles, np.float32).reshape(-1, 3, 3)
-        facets = empty_facets(len(corners))
-        for k, columns in enumerate(CORNERS):
-            facets[:, columns] = corners[:, k]
-        finish_facets(facets)
+        corners = np.asarray(triangles, np.float32).reshape(-1, 3)
+        vertices = np.zeros((len(corners), 4), np.float32)
+        vertices[:, :3] = corners
+        count = len(corners) // 3
+        index = np.arange(3 * (count + INDEX_PADDING), dtype=np.uint32).reshape(-1, 3)[:count]
+        facets = np.zeros((count, FACET_COLUMNS), np.float32)
+        arena = Arena()
+        for start in range(0, count, BLOCK):
+            rows = slice(start, start + BLOCK)
+            with arena.frame():
+                fill_facets(facets[rows], vertices, index[rows], arena)
         centers, points, normals = (columns_of(a) for a in (centers, plane_points, plane_normals))
         count = len(facets) + centers.shape[1] + points.shape[1]
         return cls(
             origin=np.zeros(3),
             facets=facets,
+            vertices=vertices,
+            index=index,
             centers=centers,
             radii=np.array(radii, np.float32).reshape(-1),
             plane_points=points,
@@ -131,7 +149,19 @@ class Geometry:
     @cached_property
     def corners(self):
         """(9, T) float32, rows v0.xyz, v1.xyz, v2.xyz."""
-        return np.ascontiguousarray(np.concatenate([self.facets[:, k] for k in CORNERS], axis=1).T)
+        return self.corners_of(slice(None))
+
+    def corners_of(self, prim):
+        """Corners (9, n) float32 of the triangles `prim`."""
+        facets = self.facets[prim]
+        return np.ascontiguousarray(np.concatenate([facets[:, k] for k in CORNERS], axis=1).T)
+
+    @property
+    def bounds(self):
+        """Lower and upper end (3,) of the box around the triangles, of which there must be some."""
+        parts = [self.facets[start : start + BLOCK, :11] for start in range(0, len(self.facets), BLOCK)]
+        low, high = np.min([p.min(0) for p in parts], axis=0), np.max([p.max(0) for p in parts], axis=0)
+        return np.min([low[k] for k in CORNERS], axis=0), np.max([high[k] for k in CORNERS], axis=0)
 
     @cached_property
     def normal_row(self):
@@ -144,15 +174,15 @@ def columns_of(vectors):
     return np.ascontiguousarray(np.asarray(vectors, np.float32).reshape(-1, 3).T)
 
 
-def empty_facets(count):
-    """Facets of `count` flat triangles, zero elsewhere."""
-    facets = np.zeros((count, FACET_COLUMNS), np.float32)
-    facets.view(np.int32)[:, NORMAL_ROW] = -1
-    return facets
+def fill_facets(facets, vertices, index, arena):
+    """Write the facets of flat triangles, a block of them or all; tell which are triangles.
 
-
-def finish_facets(facets):
-    """Fill in normal and offset of facets whose corners stand; tell which are triangles.
+    Parameters
+    ----------
+    facets : (T, 16) float32
+        Written.
+    vertices, index : (V, 4) float32, (T, 3) uint32
+    arena : Arena
 
     Returns
     -------
@@ -168,24 +198,47 @@ def finish_facets(facets):
     three, which makes the bound one number a triangle, and four times as much covers the rest. The longest side enters
     because Embree rounds in proportion to it: a ray that leaves beside an edge must pass the neighbouring triangle.
     """
-    good = np.zeros(len(facets), bool)
-    for start in range(0, len(facets), _BLOCK):
-        good[start : start + _BLOCK] = _finish_block(facets[start : start + _BLOCK])
+    count = len(facets)
+    corners = np.take(vertices, index.reshape(-1), axis=0, out=arena.empty((3 * count, 4)), mode="clip")
+    facets[:, :12] = corners.reshape(-1, 12)
+    facets.view(np.int32)[:, NORMAL_ROW] = -1
+    near = arena.empty((3, 3, count))
+    np.copyto(near, corners.reshape(-1, 3, 4)[..., :3].transpose(1, 2, 0))
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        normal, longest, good = _normals(near, arena)
+        reach = np.abs(near, out=near).max(0)
+    if not good.all():
+        normal[:, ~good] = reach[:, ~good] = longest[~good] = 0
+    for k in range(3):
+        facets[:, NORMAL.start + k] = normal[k]
+    slack = np.multiply(np.abs(normal, out=normal), reach, out=reach)
+    facets[:, OFFSET] = _SLACK * (slack[0] + slack[1] + slack[2]) + _SIDE_SLACK * np.sqrt(longest)
     return good
 
 
-def _finish_block(facets):
-    a, b, c = (facets[:, k].T.astype(np.float64) for k in CORNERS)
-    with np.errstate(invalid="ignore", over="ignore"):
-        e, f = b - a, c - a
-        n = np.stack([e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]])
-        area = np.sqrt((n * n).sum(0))
-        longest = np.maximum(np.maximum((e * e).sum(0), (f * f).sum(0)), ((f - e) ** 2).sum(0))
-        good = np.isfinite(area) & (area > 2 * UNIT_ROUNDOFF * longest)
-    n = np.where(good, n / np.where(good, area, 1.0), 0.0)
-    reach = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c))
-    offset = _SLACK * (np.abs(n) * np.where(good, reach, 0.0)).sum(0)
-    offset += _SIDE_SLACK * np.sqrt(np.where(good, longest, 0.0))
-    facets[:, NORMAL] = n.T
-    facets[:, OFFSET] = offset
-    return good
+def _normals(corners, arena):
+    """Unit normals (3, n), squares of the longest sides (n,) and which are triangles (n,), of corners (3, 3, n).
+
+    float64 inside: sides of slim triangles cancel.
+    """
+    a, b, c = points = arena.empty(corners.shape, np.float64)
+    np.copyto(points, corners)
+    e, f = np.subtract(b, a, out=b), np.subtract(c, a, out=c)
+    n, side = arena.empty(e.shape, np.float64), np.subtract(f, e, out=a)
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(e[i], f[j], out=n[k])
+        n[k] -= e[j] * f[i]
+    longest = np.maximum(np.maximum(_squared(e), _squared(f)), _squared(side))
+    np.copyto(e, n)
+    area = np.sqrt(_squared(e))
+    good = np.isfinite(area) & (area > 2 * UNIT_ROUNDOFF * longest)
+    return np.multiply(n, 1 / area, out=arena.empty(n.shape), casting="same_kind"), longest, good
+
+
+def _squared(v):
+    """Squared lengths (n,) of vectors (3, n), which are overwritten."""
+    x, y, z = np.multiply(v, v, out=v)
+    x += y
+    x += z
+    return x

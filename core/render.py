@@ -25,6 +25,7 @@ _POLL = 0.05  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
 _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _FIRST_LANES = 1 << 18  # of the first pass, at most
+_MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 
 
@@ -110,7 +111,7 @@ class _Render:
     def _tasks(self, first, count):
         """[(pixels, places in the film, first sample, count)] of a pass."""
         if not (self._adaptive and first >= adaptive.LEAST_SAMPLES):
-            return self._parts(np.arange(self._pixels.size), first, count)
+            return self._parts(self._pixels, self._places, first, count)
         film = self._film
         counts = film.counts()
         goal = adaptive.targets(counts, adaptive.importance(film), first + count)
@@ -118,15 +119,17 @@ class _Render:
         tasks = []
         for start, stop in sorted(set(zip(have.tolist(), want.tolist(), strict=True))):
             if stop > start:
-                tasks += self._parts(np.flatnonzero((have == start) & (want == stop)), start, stop - start)
+                group = np.flatnonzero((have == start) & (want == stop))
+                tasks += self._parts(self._pixels[group], self._places[group], start, stop - start)
         return tasks
 
-    def _parts(self, order, first, count):
-        """Tasks of equal size, about a chunk each, for the pixels `order`."""
-        workers, lanes = len(self._workers), order.size * count
+    def _parts(self, pixels, places, first, count):
+        """Tasks of equal size, about a chunk each."""
+        workers, lanes = len(self._workers), pixels.size * count
         number = max(-(-lanes // self._settings.chunk), min(2 * workers, lanes // _FEWEST_LANES), 1)
-        parts = np.array_split(order, -(-number // workers) * workers)
-        return [(self._pixels[part], self._places[part], first, count) for part in parts if part.size]
+        number = -(-number // workers) * workers
+        parts = zip(np.array_split(pixels, number), np.array_split(places, number), strict=True)
+        return [(*part, first, count) for part in parts if part[0].size]
 
     def _show(self, on_pass, samples):
         self._write_stats()
@@ -139,13 +142,13 @@ class _Render:
     def _trace(self, pixels, places, first, count):
         """Trace samples of pixels, chunk by chunk, into the film."""
         settings = self._settings
-        at_once = max(1, settings.chunk // pixels.size)
+        at_once = max(1, min(settings.chunk // pixels.size, _MOST_SAMPLES))
         worker = self._idle.get()
         try:
             for start in range(first, first + count, at_once):
                 samples = tuple(range(start, min(start + at_once, first + count)))
-                for part in np.array_split(np.arange(pixels.size), -(-pixels.size // settings.chunk)):
-                    radiance = self._method.trace(Chunk(pixels[part], samples), worker)
+                for part in np.array_split(np.arange(pixels.size, dtype=np.int32), -(-pixels.size // settings.chunk)):
+                    radiance = self._method.radiance(Chunk(pixels[part], samples), worker)
                     if radiance is None:
                         return
                     worker.nonfinite += self._film.add(places[part], radiance, samples)
@@ -200,11 +203,11 @@ def _in_tiles(region, width, side):
     Rays of neighbours meet the same things.
     """
     x0, y0, x1, y1 = region
-    tiles = []
+    tiles, columns = [], np.int32(x1 - x0)
     for y in np.array_split(np.arange(y0, y1, dtype=np.int32)[:, None], -(-(y1 - y0) // side)):
         for x in np.array_split(np.arange(x0, x1, dtype=np.int32), -(-(x1 - x0) // side)):
             far = abs(x.mean() - (x0 + x1) / 2) + abs(y.mean() - (y0 + y1) / 2)
-            tiles.append((far, (y * np.int32(width) + x).ravel(), ((y - y0) * (x1 - x0) + (x - x0)).ravel()))
+            tiles.append((far, (y * np.int32(width) + x).ravel(), ((y - y0) * columns + (x - x0)).ravel()))
     tiles.sort(key=lambda tile: tile[0])
     _, pixels, places = zip(*tiles, strict=True)
     return np.concatenate(pixels), np.concatenate(places)

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .camera_description import Camera, Panorama, ThinLens  # noqa: F401 - words of a scene
+
 IDENTITY = np.eye(4)
 
 
@@ -347,32 +349,6 @@ class World:
             Node("background", {"color": Link(0, "color"), "strength": float(strength)}),
         )
         return cls(nodes=nodes, surface=1, name=name)
-
-
-# -- camera ------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Camera:
-    """A projection through a window.
-
-    Parameters
-    ----------
-    transform : (4, 4) float64
-        Camera to world, rigid; the camera looks along its -Z, +Y is up.
-    window : (left, right, bottom, top)
-        Edges of the whole frame: on the plane at distance 1 for PERSPECTIVE, in world units for ORTHOGRAPHIC.
-        `core.camera.blender_window` derives it from lens, sensor, fit and shift.
-    projection : {"PERSPECTIVE", "ORTHOGRAPHIC"}
-    clip_start, clip_end : float
-        Distances along the view axis outside of which the camera sees nothing.
-    """
-
-    transform: np.ndarray = field(default_factory=lambda: IDENTITY)
-    window: tuple[float, float, float, float] = (-0.5, 0.5, -0.5, 0.5)
-    projection: str = "PERSPECTIVE"
-    clip_start: float = 0.0
-    clip_end: float = float("inf")
 
 
 # -- the whole ---------------------------------------------------------------------------------------------------------

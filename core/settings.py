@@ -3,9 +3,41 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 METHODS = ("phong", "raycast", "raytrace", "pathtrace")
+
+
+@dataclass(frozen=True)
+class Guides:
+    """Which pictures of the first hit are made beside the picture (`core.methods.guides`), and how.
+
+    Parameters
+    ----------
+    names : frozenset of str
+    samples : int
+        Camera rays of each pixel, at most.
+    alpha_threshold : float
+        Surfaces less opaque are looked through by what has no blend: depth, position, normal, UV and indices.
+    mist_start, mist_depth : float
+        Distance at which mist begins, and over which it grows to 1.
+    mist_falloff : {"QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"}
+    levels : int
+        Ranks of the mattes.
+    indices, assets : mapping of str
+        Number, and name of what it belongs to, of objects by name; those not here have their `info.index` and name.
+    """
+
+    names: frozenset[str] = frozenset()
+    samples: int = 16
+    alpha_threshold: float = 0.5
+    mist_start: float = 5.0
+    mist_depth: float = 25.0
+    mist_falloff: str = "QUADRATIC"
+    levels: int = 6
+    indices: Mapping[str, int] = field(default_factory=dict)
+    assets: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -37,10 +69,16 @@ class Settings:
         Pixels that are noisier than others take more samples; `samples` is then the mean of all.
     clamp_direct, clamp_indirect : float
         Largest sum of a sample's channels; 0 is off.
+    pixel_filter : {"box", "gaussian", "blackman_harris"}
+        How a pixel weighs what is seen in and around it; the box is one pixel wide.
+    filter_width : float
+        Of the others, in pixels, as Blender counts.
     transparent_film : bool
         The world is not seen by the camera and alpha tells where it would be.
     reflectivity, transparency, ior, exponent, ambient : float, optional
         The classic methods' overrides of every material's k_s, k_t, IOR, Phong exponent and of the ambient light.
+    guides : Guides
+        What is told of the first hit beside the picture.
     """
 
     method: str = "pathtrace"
@@ -53,18 +91,21 @@ class Settings:
     seed: int = 0
     threads: int = 0
     tile: int = 32
-    chunk: int = 262144
+    chunk: int = 163840
     time_limit: float = 0.0
     noise_target: float = 0.0
     adaptive: bool = False
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
+    pixel_filter: str = "box"
+    filter_width: float = 1.5
     transparent_film: bool = False
     reflectivity: float | None = None
     transparency: float | None = None
     ior: float | None = None
     exponent: float | None = None
     ambient: float | None = None
+    guides: Guides = field(default_factory=Guides)
 
     def __post_init__(self):
         if self.method not in METHODS:

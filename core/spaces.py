@@ -64,13 +64,18 @@ class View:
     """
 
     def __init__(self, camera, width, height, origin):
+        self.origin = np.array(origin, np.float32).reshape(3, 1)
+        self._offset = np.array(origin, np.float64)
+        self.look_through(camera, width, height)
+
+    def look_through(self, camera, width, height):
+        """Replace the camera and the frame."""
         matrix = np.array(camera.transform, np.float64)
         matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
-        matrix[:3, 3] -= origin
+        matrix[:3, 3] -= self._offset
         matrix[:3, 2] *= -1
         self.to_camera, self.to_world = rows_of(np.linalg.inv(matrix)), rows_of(matrix)
         self.is_perspective = camera.projection == "PERSPECTIVE"
-        self.origin = np.array(origin, np.float32).reshape(3, 1)
         self._clip_start = float(camera.clip_start)
         self._window = tuple(float(x) for x in camera.window)
         left, right, bottom, top = self._window

@@ -22,13 +22,14 @@ FILES = sorted(
 PACKAGE = [p for p in FILES if p.relative_to(ROOT).parts[0] in {"addon", "core"}]
 
 # A room may import its own, those on its right in `docs/design.md`, and nothing else. The floor is what all may use.
-FLOOR = {"core.diagnostics", "core.scene", "core.settings", "core.arena"}
+FLOOR = {"core.diagnostics", "core.camera_description", "core.scene", "core.settings", "core.arena"}
 VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction", "core.spaces"}
 SAMPLING = VECTORS | {"core.sampling"}
-TABLES = SAMPLING | {"core.accel", "core.planes", "core.camera", "core.camera_window"}
+CAMERA = {"core.camera_lens", "core.camera_panorama"}
+TABLES = SAMPLING | {"core.accel", "core.planes", "core.camera", "core.camera_window"} | CAMERA
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
 METHODS = COMPILE | {"core.methods"}
-RENDER = METHODS | {"core.film", "core.render"}
+RENDER = METHODS | {"core.film", "core.adaptive", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
     "core.diagnostics": set(),
@@ -42,6 +43,9 @@ MAY_IMPORT = {
     "core.planes": TABLES,
     "core.spaces": VECTORS,
     "core.camera": TABLES,
+    "core.camera_description": set(),
+    "core.camera_lens": SAMPLING,
+    "core.camera_panorama": VECTORS,
     "core.camera_window": TABLES,
     "core.bsdf": SAMPLING,
     "core.nodes": SAMPLING | {"core.bsdf"},
@@ -49,6 +53,7 @@ MAY_IMPORT = {
     "core.compile": COMPILE,
     "core.methods": METHODS,
     "core.film": SAMPLING,
+    "core.adaptive": SAMPLING,
     "core.render": RENDER,
     "core.report": RENDER,
 }

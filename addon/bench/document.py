@@ -156,6 +156,15 @@ def _growth(key, title, figure, extra):
     return write
 
 
+def _first_ray(result):
+    rows = [
+        [row["triangles"], row["shading"], *row["seconds"].values(), row["over_tree"]]
+        for row in result["studies"]["first_ray"]
+    ]
+    head = ["triangles", "shading", "export s", "tables s", "Embree's tree s", "all over tree"]
+    return "## From Blender's mesh to the first ray\n\n" + table(head, rows)
+
+
 def _thesis(result):
     rows = [[r["case"], r["time"], r["rays"], r["thesis"]] for r in result["studies"]["thesis"]]
     head = ["ray tracing over ray casting", "time", "rays", "time, the thesis"]
@@ -181,6 +190,7 @@ _STUDIES = {
     "samples": _samples,
     "leaving_out": _leaving_out,
     "triangles": _growth("triangles", "Triangles", "seconds", ("build_seconds", "Zraka's building s")),
+    "first_ray": _first_ray,
     "lights": _growth("lights", "Lights, time to 5%", "seconds_to_5%", ("error", "Zraka's error at 8 samples")),
     "thesis": _thesis,
     "raycast_over_embree": _embree,

@@ -48,6 +48,7 @@ def match(scene):
     cycles.blur_glossy, cycles.light_sampling_threshold = 0.0, 0.0
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.pixel_filter_type, cycles.filter_width, cycles.film_exposure = "BOX", 1.0, 1.0
+    group.pixel_filter, group.filter_width = "BOX", 1.0
     cycles.time_limit = 0.0
     render.use_compositing = render.use_sequencer = render.use_motion_blur = False
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 
 from ...core.report.error import line, noise, weights
 from . import scenes
-from .engines import median, open_blend
+from .engines import Interrupted, median, open_blend
 
 SAMPLES = 8
 AMONG_LIGHTS = 0.05  # error whose time the lights are compared by
@@ -59,6 +61,45 @@ def triangles(bench, plan, folder):
     return rows
 
 
+def first_ray(bench, plan, folder):
+    """Seconds from Blender's mesh to the first ray, hills with smooth and flat shading, over Embree's tree alone."""
+    import bpy
+
+    rows = []
+    for count in plan.triangles:
+        for shading in ("smooth", "flat"):
+            bench.say(f"{count} triangles, {shading}")
+            scenes.terrain(count)
+            if shading == "flat":
+                bpy.data.objects["Hills"].data.shade_flat()
+            depsgraph = bpy.context.evaluated_depsgraph_get()
+            runs = [_to_first_ray(depsgraph) for _ in range(plan.runs + 1)][1:]
+            if bench.interrupted():
+                raise Interrupted
+            seconds = dict(zip(("export", "compile", "tree"), np.median(runs, axis=0).tolist(), strict=True))
+            over = float(np.median(np.sum(runs, axis=1) / np.array(runs)[:, 2]))
+            rows.append({"triangles": count, "shading": shading, "seconds": seconds, "over_tree": over})
+    return rows
+
+
+def _to_first_ray(depsgraph):
+    """Seconds of exporting, of the tables, and of Embree's tree, which ends with a ray."""
+    from ...core.accel import Accel
+    from ...core.compile.geometry import compile_geometry
+    from ...core.diagnostics import Diagnostics
+    from ..export.scene import export_scene
+
+    times = [perf_counter()]
+    scene = export_scene(depsgraph, Diagnostics())
+    times.append(perf_counter())
+    geometry = compile_geometry(scene)
+    times.append(perf_counter())
+    tree = Accel(geometry)
+    times.append(perf_counter())
+    del tree
+    return np.diff(times)
+
+
 def lights(bench, plan, folder):
     """Time of both engines to 5% of error over point lights.
 
@@ -100,5 +141,6 @@ STUDIES = {
     "samples": samples,
     "leaving_out": features,
     "triangles": triangles,
+    "first_ray": first_ray,
     "lights": lights,
 }

@@ -54,7 +54,7 @@ class Plan(NamedTuple):
 _QUICK = ("cornell", "whitted", "room_closed", "interior", "many")
 
 PLANS = {
-    "quick": Plan(_QUICK, 50, (2, 4, 8, 16), 256, 4, 3, (2, 4, 8, 16, 32), (10**3, 10**4, 10**5), (1, 10, 100, 1000)),
+    "quick": Plan(_QUICK, 50, (2, 4, 8), 128, 4, 3, (2, 4, 8, 16, 32), (10**3, 10**4, 10**5), (1, 10, 100, 1000)),
     "full": Plan(
         (*_QUICK, "lamps", "sky", "terrain"),
         100,

@@ -7,8 +7,11 @@ import bpy
 import numpy as np
 
 from ...core import scene as description
+from ...core.camera_description import PANORAMAS
 from ...core.camera_window import blender_window
 from ...core.diagnostics import SceneError
+
+PROJECTIONS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "PANORAMIC"}
 
 
 def frame_size(scene):
@@ -58,14 +61,14 @@ def export_camera(depsgraph, diagnostics, camera=None, size=None):
     obj = _camera_object(scene, camera).evaluated_get(depsgraph)
     data = obj.data
     place = f"camera '{obj.name}'"
-    if data.type not in ("PERSP", "ORTHO"):
+    if data.type not in PROJECTIONS:
         diagnostics.warn(f"{data.type.lower()} cameras are not supported; a perspective one is used", place)
-    if data.dof.use_dof:
-        diagnostics.warn("depth of field is not rendered yet; everything is in focus", place)
-    projection = "ORTHOGRAPHIC" if data.type == "ORTHO" else "PERSPECTIVE"
+    projection = PROJECTIONS.get(data.type, "PERSPECTIVE")
     width, height = size or frame_size(scene)
+    aspect = width * scene.render.pixel_aspect_x / (height * scene.render.pixel_aspect_y)
+    transform = _without_scale(np.array(obj.matrix_world, np.float64))
     return description.Camera(
-        transform=_without_scale(np.array(obj.matrix_world, np.float64)),
+        transform=transform,
         window=blender_window(
             data.lens,
             data.sensor_width,
@@ -83,7 +86,65 @@ def export_camera(depsgraph, diagnostics, camera=None, size=None):
         projection=projection,
         clip_start=data.clip_start,
         clip_end=data.clip_end,
+        lens=_thin_lens(data, projection, transform) if data.dof.use_dof else None,
+        panorama=_panorama(data, aspect, diagnostics, place) if projection == "PANORAMIC" else description.Panorama(),
     )
+
+
+def _thin_lens(data, projection, transform):
+    """Depth of field; an orthographic camera has a focal length of one unit. Source: Cycles, blender/camera.cpp."""
+    dof = data.dof
+    focal_length = 1.0 if projection == "ORTHOGRAPHIC" else data.lens * 1e-3
+    return description.ThinLens(
+        radius=focal_length / (2 * max(dof.aperture_fstop, 1e-5)),
+        focus_distance=_focus_distance(dof, transform),
+        blades=dof.aperture_blades,
+        rotation=dof.aperture_rotation,
+        ratio=dof.aperture_ratio,
+    )
+
+
+def _focus_distance(dof, transform):
+    """Distance along the view axis to the object, or the bone, that is to be sharp; else the number given."""
+    target = dof.focus_object
+    if target is None:
+        return dof.focus_distance
+    matrix = np.array(target.matrix_world, np.float64)
+    bone = target.pose.bones.get(dof.focus_subtarget) if target.pose and dof.focus_subtarget else None
+    if bone is not None:
+        matrix = matrix @ np.array(bone.matrix, np.float64)
+    return abs(float(transform[:3, 2] @ (transform[:3, 3] - matrix[:3, 3])))
+
+
+def _panorama(data, aspect, diagnostics, place):
+    """Which panorama it is, with the limits that its kind reads."""
+    kind = data.panorama_type
+    if kind not in PANORAMAS:
+        diagnostics.warn(f"panorama {kind} is not known; an equirectangular one is rendered", place)
+        kind = "EQUIRECTANGULAR"
+    longitude, height = (data.longitude_min, data.longitude_max), (-1.0, 1.0)
+    if kind == "CENTRAL_CYLINDRICAL":
+        longitude = data.central_cylindrical_range_u_min, data.central_cylindrical_range_u_max
+        low, high = data.central_cylindrical_range_v_min, data.central_cylindrical_range_v_max
+        height = low / data.central_cylindrical_radius, high / data.central_cylindrical_radius
+    return description.Panorama(
+        kind=kind,
+        longitude=longitude,
+        latitude=(data.latitude_min, data.latitude_max),
+        height=height,
+        fov=data.fisheye_fov,
+        lens=data.fisheye_lens,
+        sensor=_sensor(data, aspect),
+        polynomial=tuple(getattr(data, f"fisheye_polynomial_k{i}") for i in range(5)),
+    )
+
+
+def _sensor(data, aspect):
+    """Millimetres that the whole frame spans: the sensor's size along the fitted side."""
+    if data.sensor_fit == "HORIZONTAL" or (data.sensor_fit == "AUTO" and aspect >= 1):
+        return data.sensor_width, data.sensor_width / aspect
+    size = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+    return size * aspect, size
 
 
 def _camera_object(scene, camera):

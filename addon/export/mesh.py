@@ -13,6 +13,8 @@ import numpy as np
 from ...core import scene as description
 from .attributes import active_color, edges_of, export_attributes
 
+_PART = 1 << 14
+
 
 def export_mesh(obj, name, needs):
     """The mesh of an evaluated object in its own space, or None where it has no faces.
@@ -46,7 +48,7 @@ def _read(obj, mesh, name, needs):
     normals, domain = _normals(mesh)
     return description.Mesh(
         vertices=_get(mesh.attributes["position"].data, "vector", (len(mesh.vertices), 3), np.float32),
-        triangles=np.take(corner_vertices, corners),
+        triangles=_looked_up(corner_vertices, corners),
         corners=corners,
         normals=normals,
         normals_domain=domain,
@@ -88,6 +90,15 @@ def _material_index(mesh, count):
     if not of_face.any():
         return None
     return np.take(of_face, _get(mesh.loop_triangle_polygons, "value", count, np.int32))
+
+
+def _looked_up(values, index):
+    """``values[index]`` for valid rows of `index`, in parts that stay in the cache."""
+    out = np.zeros(index.shape, values.dtype)
+    for start in range(0, len(index), _PART):
+        part = slice(start, start + _PART)
+        np.take(values, index[part], out=out[part], mode="clip")
+    return out
 
 
 def _get(collection, attribute, shape, dtype):

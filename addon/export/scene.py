@@ -30,7 +30,7 @@ _NOT_YET = {
 }
 
 
-def export_scene(depsgraph, diagnostics, camera=None, size=None):
+def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None):
     """Everything that the dependency graph shows, copied.
 
     Parameters
@@ -38,10 +38,12 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None):
     depsgraph : bpy.types.Depsgraph
         A render's leaves out what is hidden in renders, a viewport's what is hidden there.
     diagnostics : Diagnostics
-    camera : bpy.types.Object or str, optional
+    camera : bpy.types.Object, str or core.scene.Camera, optional
         Another camera than the scene's.
     size : (width, height), optional
         Of the whole frame in pixels; the scene's by default.
+    visible : callable, optional
+        Tells of an entry of `depsgraph.object_instances` whether it is wanted.
 
     Returns
     -------
@@ -55,10 +57,11 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None):
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     if scene.render.use_motion_blur:
         diagnostics.warn("motion blur is not rendered yet")
-    seen_by = export_camera(depsgraph, diagnostics, camera, size)
+    ready = isinstance(camera, description.Camera)
+    seen_by = camera if ready else export_camera(depsgraph, diagnostics, camera, size)
     objects = _Objects(depsgraph, diagnostics)
     for instance in depsgraph.object_instances:
-        if instance.show_self:
+        if instance.show_self and (visible is None or visible(instance)):
             objects.add(instance)
     return description.Scene(
         camera=seen_by,

@@ -33,7 +33,8 @@ class BSDFSample(NamedTuple):
     """A sampled direction of a whole surface.
 
     wi (3, N); weight (3, N) = f·|cos|/pdf with colours; pdf (N,), inf for delta lobes; eta (N,) or None;
-    straight (N,) bool or None: lanes that passed through unbent.
+    straight (N,) bool or None: lanes that passed through unbent; flags (N,) uint8 or None: value of the chosen lobe's
+    flags.
     """
 
     wi: np.ndarray
@@ -41,3 +42,4 @@ class BSDFSample(NamedTuple):
     pdf: np.ndarray
     eta: np.ndarray | None = None
     straight: np.ndarray | None = None
+    flags: np.ndarray | None = None

@@ -191,6 +191,8 @@ class Rough:
         np.multiply(pdf, factor, out=pdf)
         np.multiply(f, pdf, out=f)
         share = _choose(reflects, reflected, transmitted, arena)
+        if reflected is not p:  # samples without a share fail
+            np.multiply(pdf, share.reshape(-1, count).any(axis=0), out=pdf)
         np.multiply(share, f, out=share)
         q = np.subtract(1.0, p, out=arena.empty(count))
         np.copyto(q, p, where=reflects)

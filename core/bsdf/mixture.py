@@ -50,6 +50,7 @@ class Mixture:
         self.is_smooth = any(Lobe.DELTA not in f for f in flags)
         self.has_straight = any(Lobe.STRAIGHT in f for f in flags)
         self.refracts = any(_REFRACTS & f and Lobe.STRAIGHT not in f and Lobe.TRANSMISSION in f for f in flags)
+        self._default_flags = _default_flags(flags)
         self._sample = (_sample_none, _sample_one, _sample_many)[min(len(flags), 2)]
 
     def shares(self, entries, surface, arena):
@@ -71,9 +72,10 @@ class Mixture:
             _sum_lobes(entries, shares, surface, wi, arena, f, pdf)
         return f, pdf
 
-    def sample(self, entries, surface, uc, u0, u1, arena, shares=None):
+    def sample(self, entries, surface, uc, u0, u1, arena, shares=None, with_flags=False):
         """A direction of one of the lobes, as `BSDFSample`; `uc` chooses the lobe and is used again within it."""
-        return self._sample(entries, surface, uc, u0, u1, shares, arena)
+        flags = arena.full(uc.shape, self._default_flags, np.uint8) if with_flags else None
+        return self._sample(entries, surface, uc, u0, u1, shares, flags, arena)
 
     def albedo(self, entries, surface, arena):
         """Sum of the lobes' colour times albedo, (3, N): an estimate."""
@@ -85,13 +87,20 @@ class Mixture:
         return total
 
 
-def _sample_none(entries, surface, uc, u0, u1, shares, arena):
+def _default_flags(flags):
+    """Value of the flags in the lanes where `_sample_many` does not choose another lobe."""
+    if not flags:
+        return 0
+    return flags[0].value if len(flags) == 1 else _DIFFUSE.value
+
+
+def _sample_none(entries, surface, uc, u0, u1, shares, flags, arena):
     """Nothing scatters: every sample fails."""
     wi = np.negative(surface.wo, out=arena.empty(surface.wo.shape))
-    return BSDFSample(wi, arena.zeros(wi.shape), arena.zeros(uc.shape))
+    return BSDFSample(wi, arena.zeros(wi.shape), arena.zeros(uc.shape), flags=flags)
 
 
-def _sample_one(entries, surface, uc, u0, u1, shares, arena):
+def _sample_one(entries, surface, uc, u0, u1, shares, flags, arena):
     """The only lobe, without choice; a constant colour stays (3, 1) where nothing else weighs."""
     lobe, color, params, n = entries[0]
     n = surface.ns if n is None else n
@@ -103,11 +112,11 @@ def _sample_one(entries, surface, uc, u0, u1, shares, arena):
         np.copyto(s.pdf, 0.0, where=np.logical_not(keep))
         weight = np.multiply(weight, keep, out=arena.empty(np.broadcast_shapes(np.shape(weight), keep.shape)))
     if np.ndim(weight) == 0:
-        return BSDFSample(s.wi, color, s.pdf, s.eta, straight)
-    return BSDFSample(s.wi, np.multiply(color, weight, out=arena.empty(s.wi.shape)), s.pdf, s.eta, straight)
+        return BSDFSample(s.wi, color, s.pdf, s.eta, straight, flags)
+    return BSDFSample(s.wi, np.multiply(color, weight, out=arena.empty(s.wi.shape)), s.pdf, s.eta, straight, flags)
 
 
-def _sample_many(entries, surface, uc, u0, u1, shares, arena):
+def _sample_many(entries, surface, uc, u0, u1, shares, flags, arena):
     """Choose a lobe in each lane, sample it there, then weigh by all."""
     count = uc.size
     wi, weight, pdf = arena.empty((3, count)), arena.zeros((3, count)), arena.empty(count)
@@ -131,6 +140,8 @@ def _sample_many(entries, surface, uc, u0, u1, shares, arena):
             for row, values in zip(wi, s.wi, strict=True):
                 row[lanes] = values
             pdf[lanes] = s.pdf
+            if flags is not None:
+                flags[lanes] = entry[0].flags.value
             if _MAY_BE_DELTA & entry[0].flags:
                 # Only the lobe that made a delta direction has any weight there.
                 alone = color * s.weight / share
@@ -139,7 +150,7 @@ def _sample_many(entries, surface, uc, u0, u1, shares, arena):
                 straight[lanes] = True
         if any(Lobe.DELTA not in entry[0].flags for entry in entries):
             _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf)
-    return BSDFSample(wi, weight, pdf, None, straight)
+    return BSDFSample(wi, weight, pdf, None, straight, flags)
 
 
 def _cheapest(entries):

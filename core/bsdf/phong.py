@@ -12,6 +12,7 @@ specular               the sum of the glossy reflections' colours, Fresnel's sha
 exponent               2 / alpha² - 2 of those, weighted by colour (Walter et al., EGSR 2007), at most 4096
 k_s, the mirror ray    the same colours times (1 - alpha)²: a rough surface shows highlights but no mirror image
 k_t, the refracted ray the sum of the transmissions' colours; index from the lobe; straight passages have index 1
+normal                 that of the brightest lobe
 =====================  =============================================================================================
 """
 
@@ -28,7 +29,10 @@ MAX_EXPONENT = 4096.0
 
 
 class PhongParameters(NamedTuple):
-    """Of each lane: diffuse, specular, k_s, k_t (3, N); exponent, eta (N,), the relative index on the viewer's side."""
+    """Of each lane: diffuse, specular, k_s, k_t (3, N); exponent, eta (N,), the relative index on the viewer's side.
+
+    normal (3, N), None where no lobe has one of its own.
+    """
 
     diffuse: np.ndarray
     specular: np.ndarray
@@ -36,6 +40,7 @@ class PhongParameters(NamedTuple):
     k_s: np.ndarray
     k_t: np.ndarray
     eta: np.ndarray
+    normal: np.ndarray | None = None
 
 
 def phong_parameters(lobes, ns, wo, straight, arena):
@@ -73,7 +78,23 @@ def phong_parameters(lobes, ns, wo, straight, arena):
     np.divide(exponent, strength, out=exponent, where=strength > 0)
     if straight is not None:
         k_t += straight
-    return PhongParameters(diffuse, specular, exponent, k_s, k_t, eta)
+    return PhongParameters(diffuse, specular, exponent, k_s, k_t, eta, _normal(lobes, ns, wo, arena))
+
+
+def _normal(lobes, ns, wo, arena):
+    """The normal of the lobe that is brightest in each lane, None where all have the surface's."""
+    if all(normal is None for *_, normal in lobes):
+        return None
+    out, most = arena.zeros(wo.shape), arena.full(wo.shape[1], -1.0)
+    np.copyto(out, ns)
+    with arena.frame():
+        for lobe, weight, params, normal in lobes:
+            normal = ns if normal is None else normal
+            color = np.multiply(weight, lobe.albedo(params, normal, wo, arena), out=arena.empty(wo.shape))
+            bright = color.sum(axis=0)
+            np.copyto(out, normal, where=bright > most)
+            np.maximum(most, bright, out=most)
+    return out
 
 
 def _divided(lobe, params, normal, wo, arena):

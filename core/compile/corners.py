@@ -15,6 +15,7 @@ import numpy as np
 
 from ..diagnostics import SceneError
 from .connectivity import island_random, pointiness, triangle_sides
+from .placing import corner_index
 from .tangents import corner_frames
 
 
@@ -57,12 +58,6 @@ def _table(groups, count, columns, maker):
         if group.flipped.any():
             rows[group.flipped] = rows[group.flipped][:, :, (0, 2, 1)]
     return table
-
-
-def _corner_index(group):
-    if group.corners is not None:
-        return group.corners
-    return np.arange(group.triangles.size).reshape(-1, 3)
 
 
 def _generated(group):
@@ -124,12 +119,12 @@ def _colors(group, name, missing):
     values = np.asarray(values, np.float32)
     indices = {
         "vertex": group.triangles,
-        "corner": _corner_index(group),
+        "corner": corner_index(group),
         "triangle": np.arange(len(group.triangles))[:, None],
         "mesh": np.zeros((1, 1), np.intp),
     }
     index = indices[domain]
-    if values.ndim != 2 or int(index.max(initial=-1)) >= len(values):
+    if values.ndim != 2 or (index.size and int(index.max()) >= len(values)):
         raise SceneError(f"attribute '{name}' of mesh '{group.mesh.name}' has shape {values.shape}; make it (n, C)")
     found = np.zeros((len(values), 5), np.float32)
     width = values.shape[1]
@@ -150,7 +145,7 @@ def _frames(group, name):
     position = np.asarray(mesh.vertices, np.float64)[group.triangles]
     key = name or mesh.active_uv or next(iter(mesh.uvs), "")
     if key in mesh.uvs:
-        uv = np.asarray(mesh.uvs[key], np.float64)[_corner_index(group)]
+        uv = np.asarray(mesh.uvs[key], np.float64)[corner_index(group)]
     elif not name and not mesh.uvs:
         uv = _sphere(position)
     else:
@@ -169,7 +164,7 @@ def _normals(group, position):
     face = np.broadcast_to(face[:, None], position.shape)
     if mesh.normals is None:
         return face
-    index = group.triangles if mesh.normals_domain == "vertex" else _corner_index(group)
+    index = group.triangles if mesh.normals_domain == "vertex" else corner_index(group)
     normal = np.asarray(mesh.normals, np.float64)[index]
     return np.where((normal * normal).sum(-1, keepdims=True) > 0, normal, face)
 

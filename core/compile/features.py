@@ -49,7 +49,7 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.SEVERAL_PROGRAMS: len(programs) > 1,
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
         Feature.FAR_CLIP: camera.has_far,
-        Feature.LIGHT_PATH: any("light_path" in p.operations for p in programs),
+        Feature.LIGHT_PATH: lights.environment.by_ray or any("light_path" in p.operations for p in programs),
     }
     found = Feature(0)
     for feature, is_needed in needed.items():

@@ -1,38 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Instances, spheres and planes to the tables of `core.geometry`.
 
-World positions are computed in float64 and recentred before the cast to float32. All instances of a mesh are placed at
-once, so neither many small objects nor one large one costs a loop.
+The triangles themselves are written by `core.compile.triangles`; here all is numbered, and what cannot be hit left out.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
+from ..arena import uninitialised
 from ..diagnostics import SceneError
-from ..geometry import CORNERS, NORMAL, NORMAL_ROW, Geometry, columns_of, empty_facets, finish_facets
-from ..scene import Material, Mesh
+from ..geometry import BLOCK, INDEX_PADDING, Geometry, columns_of
+from ..scene import Material
 from .corners import corner_tables
 from .needs import Needs
 from .objects import compile_objects
-
-# Corner normals this near to the face's are the face's: the shading of a flat triangle.
-_FLAT = 1e-4
-
-
-class _Placed(NamedTuple):
-    """I instances of one mesh; of them, `flipped` ones mirror it and so turn its winding round."""
-
-    mesh: Mesh
-    numbers: np.ndarray  # (I,) of the objects
-    normal_matrix: np.ndarray  # (I, 3, 3) float64, takes object normals to the world, up to length
-    flipped: np.ndarray  # (I,) bool
-    vertices: np.ndarray  # (I, V, 3) float64, world
-    triangles: np.ndarray  # (T, 3) intp
-    corners: np.ndarray | None  # (T, 3) intp, None is the plain order
-    rows: slice  # of the facets
+from .placing import boxes, check_length, corner_index, place, turn
+from .triangles import write_triangles
 
 
 def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
@@ -63,13 +47,9 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     needs = needs or Needs()
     # What is not finite comes out as NaN and is left out below.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        groups, count = _place(scene.instances)
+        groups, count = place(scene.instances)
         origin = _centre(groups, centers, radii, scene.planes)
-        facets = empty_facets(count)
-        for group in groups:
-            _write_corners(group, origin, facets)
-        good = finish_facets(facets)
-        normals = _write_normals(groups, facets)
+        vertices, index, facets, normals, good = write_triangles(groups, count, origin)
     names = [x.name for x in (*scene.instances, *scene.spheres, *scene.planes)]
     material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
     uvs = {name: _uvs(groups, name, count) for name in uv_names}
@@ -83,6 +63,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
             diagnostics,
         )
         facets, material, objects = facets[good], material[good], objects[good]
+        index = np.append(index[good], np.zeros((INDEX_PADDING, 3), np.uint32), axis=0)[: len(facets)]
         uvs = {name: table[good] for name, table in uvs.items()}
         corner_values = {key: table[good] for key, table in corner_values.items()}
 
@@ -106,12 +87,14 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     return Geometry(
         origin=origin,
         facets=facets,
+        vertices=vertices,
+        index=index,
         centers=columns_of(centers[good]),
         radii=radii[good].astype(np.float32),
         plane_points=points,
         plane_normals=directions,
-        material=np.concatenate([material, round_material[good], flat_material]),
-        object=np.concatenate([objects, round_objects[good], flat_objects]),
+        material=_joined(material, round_material[good], flat_material),
+        object=_joined(objects, round_objects[good], flat_objects),
         materials=tuple(numbering.materials),
         normals=normals,
         uvs=uvs,
@@ -138,165 +121,27 @@ class _Materials:
         return [self.number(m) for m in materials or (None,)]
 
 
-# -- placing -----------------------------------------------------------------------------------------------------------
-
-
-def _place(instances):
-    """Instances grouped by mesh, in world space; and the number of their triangles."""
-    members: dict[int, list[int]] = {}
-    for i, instance in enumerate(instances):
-        members.setdefault(id(instance.mesh), []).append(i)
-    groups, count = [], 0
-    matrices = np.array([_matrix(i) for i in instances]).reshape(-1, 4, 4)
-    normal_matrix, flipped = _normal_matrices(matrices[:, :3, :3])
-    for numbers in members.values():
-        mesh = instances[numbers[0]].mesh
-        vertices, triangles, corners = _checked(mesh)
-        if not len(triangles):
-            continue
-        numbers = np.array(numbers, np.int32)
-        placed = matrices[numbers]
-        world = vertices @ placed[:, :3, :3].transpose(0, 2, 1) + placed[:, None, :3, 3]
-        rows = slice(count, count + len(numbers) * len(triangles))
-        groups.append(_Placed(mesh, numbers, normal_matrix[numbers], flipped[numbers], world, triangles, corners, rows))
-        count = rows.stop
-    return groups, count
-
-
-def _normal_matrices(linear):
-    """Cofactors (I, 3, 3) with the sign of the determinant, and whether that is negative (I,).
-
-    They are the inverse transpose times the determinant's size, and finite where a scale is zero.
-    """
-    a, b, c = linear[:, 0], linear[:, 1], linear[:, 2]
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    flipped = (a * cofactors[:, 0]).sum(1) < 0
-    return np.where(flipped[:, None, None], -cofactors, cofactors), flipped
-
-
-def _matrix(instance):
-    matrix = np.asarray(instance.transform, np.float64)
-    if matrix.shape != (4, 4):
-        raise SceneError(f"transform of object '{instance.name}' has shape {matrix.shape}; make it a 4 by 4 matrix")
-    return matrix
-
-
-def _checked(mesh):
-    """Vertices (V, 3) float64, triangles (T, 3) intp and corners (T, 3) intp or None of a mesh whose indices fit."""
-    vertices = np.asarray(mesh.vertices, np.float64)
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise SceneError(f"vertices of mesh '{mesh.name}' have shape {vertices.shape}; make it (V, 3)")
-    triangles = _indices(mesh, "triangles", mesh.triangles, len(vertices))
-    if mesh.material_index is not None and np.shape(mesh.material_index) != (len(triangles),):
-        raise SceneError(
-            f"material_index of mesh '{mesh.name}' needs one number for each of {len(triangles)} triangles"
-        )
-    if mesh.corners is None:
-        return vertices, triangles, None
-    corners = _indices(mesh, "corners", mesh.corners, None)
-    if corners.shape != triangles.shape:
-        raise SceneError(f"corners of mesh '{mesh.name}' need one row for each of {len(triangles)} triangles")
-    return vertices, triangles, corners
-
-
-def _indices(mesh, what, values, limit):
-    values = np.asarray(values)
-    if values.size == 0:
-        return np.zeros((0, 3), np.intp)
-    if values.ndim != 2 or values.shape[1] != 3 or values.dtype.kind not in "iu":
-        raise SceneError(f"{what} of mesh '{mesh.name}' are {values.dtype} {values.shape}; make them integers (T, 3)")
-    _within(mesh, what, values, limit)
-    return values.astype(np.intp)
-
-
-def _within(mesh, what, values, limit):
-    if values.size and (int(values.min()) < 0 or (limit is not None and int(values.max()) >= limit)):
-        raise SceneError(
-            f"{what} of mesh '{mesh.name}' reach from {values.min()} to {values.max()}; only 0 to "
-            f"{'the last' if limit is None else limit - 1} exist"
-        )
-
-
-def _centre(groups, centers, radii, planes):
-    """Middle of the bounding box of all that is finite."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    ends = [g.vertices.reshape(-1, 3) for g in groups] + [centers - radii[:, None], centers + radii[:, None]]
-    for points in ends:
-        if not len(points):
-            continue
-        if not (np.isfinite(points.min()) and np.isfinite(points.max())):
-            points = points[np.isfinite(points).all(1)]
-        low = np.minimum(low, points.min(0, initial=np.inf))
-        high = np.maximum(high, points.max(0, initial=-np.inf))
-    if (low <= high).all():
-        return 0.5 * low + 0.5 * high
-    return np.mean([p.point for p in planes], axis=0, dtype=np.float64) if planes else np.zeros(3)
+def _joined(first, *others):
+    """Arrays one after the other, without a copy where there is but the first."""
+    return np.concatenate([first, *others]) if any(map(len, others)) else first
 
 
 # -- triangles ---------------------------------------------------------------------------------------------------------
 
 
-def _write_corners(group, origin, facets):
-    instances, count = len(group.numbers), len(group.triangles)
-    vertices = (group.vertices - origin).astype(np.float32)
-    rows = facets[group.rows].reshape(instances, count, -1)
-    for k, columns in enumerate(CORNERS):
-        rows[..., columns] = np.take(vertices, group.triangles[:, k], axis=1)
-    _turn(rows, CORNERS[1], CORNERS[2], group.flipped)
-
-
-def _turn(rows, second, third, flipped):
-    """Exchange the second and third corner in the rows of mirrored instances."""
-    if flipped.any():
-        kept = rows[flipped][..., second]
-        rows[flipped, :, second] = rows[flipped][..., third]
-        rows[flipped, :, third] = kept
-
-
-def _write_normals(groups, facets):
-    """Shading normals of the smooth triangles, (R, 9); their row numbers go into the facets."""
-    groups = [g for g in groups if g.mesh.normals is not None]
-    if not groups:
-        return np.zeros((0, 9), np.float32)
-    table = np.concatenate([_corner_normals(g) for g in groups])
-    triangle = np.concatenate([np.arange(g.rows.start, g.rows.stop) for g in groups])
-    faces = np.take(facets[:, NORMAL], triangle, axis=0)[:, None, :]
-    # A corner without a usable normal takes the face's.
-    table = np.where(np.isfinite(table).all(-1, keepdims=True), table, faces)
-    smooth = (np.abs(table - faces) > _FLAT).any((1, 2))
-    facets.view(np.int32)[triangle[smooth], NORMAL_ROW] = np.arange(np.count_nonzero(smooth))
-    return table[smooth].reshape(-1, 9)
-
-
-def _corner_normals(group):
-    """Unit normals (I * T, 3, 3) of the corners in world space; NaN where there is none."""
-    mesh = group.mesh
-    values = np.asarray(mesh.normals, np.float64)
-    index = group.triangles if mesh.normals_domain == "vertex" else _corner_index(group)
-    _check_length(mesh, "normals", values, index, 3)
-    world = values @ group.normal_matrix.transpose(0, 2, 1)
-    world /= np.sqrt((world * world).sum(-1, keepdims=True))
-    rows = np.take(world.astype(np.float32), index.reshape(-1), axis=1).reshape(len(group.numbers), -1, 9)
-    _turn(rows, slice(3, 6), slice(6, 9), group.flipped)
-    return rows.reshape(-1, 3, 3)
-
-
-def _corner_index(group):
-    if group.corners is not None:
-        return group.corners
-    return np.arange(group.triangles.size).reshape(-1, 3)
-
-
-def _check_length(mesh, what, values, index, width):
-    if values.ndim != 2 or values.shape[1] != width:
-        raise SceneError(f"{what} of mesh '{mesh.name}' have shape {values.shape}; make it (C, {width})")
-    if index.size and int(index.max()) >= len(values):
-        raise SceneError(f"{what} of mesh '{mesh.name}' need {int(index.max()) + 1} rows; there are {len(values)}")
+def _centre(groups, centers, radii, planes):
+    """Middle of a box around all that is finite."""
+    ends = boxes(groups), (centers - radii[:, None], centers + radii[:, None])
+    low, high = (np.concatenate(e) for e in zip(*ends, strict=True))
+    finite = (np.isfinite(low) & np.isfinite(high)).all(1)
+    if finite.any():
+        return 0.5 * low[finite].min(0) + 0.5 * high[finite].max(0)
+    return np.mean([p.point for p in planes], axis=0, dtype=np.float64) if planes else np.zeros(3)
 
 
 def _triangle_numbers(groups, instances, count, numbering):
     """Material and object of each triangle."""
-    material, objects = np.zeros(count, np.int32), np.zeros(count, np.int32)
+    material, objects = uninitialised(count, np.int32), uninitialised(count, np.int32)
     for group in groups:
         shape = len(group.numbers), len(group.triangles)
         objects[group.rows].reshape(shape)[...] = group.numbers[:, None]
@@ -321,11 +166,14 @@ def _uvs(groups, name, count):
         key = name or group.mesh.active_uv or next(iter(maps), "")
         if key not in maps:
             continue
-        values, index = np.asarray(maps[key], np.float32), _corner_index(group)
-        _check_length(group.mesh, f"UV map '{key}'", values, index, 2)
+        values, index = np.asarray(maps[key], np.float32), corner_index(group)
+        check_length(group.mesh, f"UV map '{key}'", values, index, 2)
         rows = table[group.rows].reshape(len(group.numbers), -1, 6)
-        rows[...] = values[index].reshape(1, -1, 6)
-        _turn(rows, slice(2, 4), slice(4, 6), group.flipped)
+        for start in range(0, len(index), BLOCK):
+            part = slice(start, start + BLOCK)
+            np.take(values, index[part].reshape(-1), axis=0, out=rows[0, part].reshape(-1, 2), mode="clip")
+        rows[1:] = rows[:1]
+        turn(rows, slice(2, 4), slice(4, 6), group.flipped)
     return table
 
 

@@ -85,7 +85,9 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
         builder.classic += [ParallelLight(*sun) for sun in zip(suns.axis.T, suns.irradiance.T, strict=True)]
     if not environment.is_constant and environment.is_sampled:
         kinds.append(environment)
-    sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment)
+    shadowless = builder.shadowless()
+    shadowless += [False] * (sum(k.count for k in kinds) - len(shadowless))
+    sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment, shadowless)
     if environment in kinds:
         environment.choice = float(sampler.pmf[-1])
     return Lights(
@@ -109,7 +111,8 @@ class _Builder:
     def __init__(self, origin, diagnostics):
         self._origin = origin
         self._diagnostics = diagnostics
-        self._rows = {}
+        self._rows, self._shadowless = {}, {}
+        self._casts_shadow = True
         self.classic = []
 
     def kinds(self):
@@ -118,6 +121,10 @@ class _Builder:
             kind(*(np.stack(column, axis=-1) for column in zip(*rows, strict=True)))
             for kind, rows in self._rows.items()
         ]
+
+    def shadowless(self):
+        """Which of the lights of `kinds` cast no shadow, kind after kind."""
+        return [flag for flags in self._shadowless.values() for flag in flags]
 
     def add(self, light):
         """Sort one light of the description in; leave it out, and say so, if it cannot shine."""
@@ -128,13 +135,15 @@ class _Builder:
         elif not strength.any():
             self._diagnostics.warn("a light has no power; it is left out", place)
         else:
-            if not light.casts_shadow:
-                self._diagnostics.warn("lights without shadow are not supported; they cast shadows", place)
+            self._casts_shadow, before = light.casts_shadow, len(self.classic)
             add = {PointLight: self._add_point, SpotLight: self._add_spot, SunLight: self._add_sun}
             add.get(type(light), self._add_area)(light, strength, place)
+            for made in self.classic[before:]:
+                made.casts_shadow = light.casts_shadow
 
     def _put(self, kind, *row):
         self._rows.setdefault(kind, []).append(row)
+        self._shadowless.setdefault(kind, []).append(not self._casts_shadow)
 
     def _add_point(self, light, power, place):
         self._put(*self._round_light(light, power))
@@ -231,9 +240,9 @@ def _emissive_surfaces(geometry, emission_of_material, builder):
     emits = np.array([e is not None for e in emission_of_material], bool)
     emissive = emits[geometry.material] if emits.size else np.zeros(geometry.material.size, bool)
     means, textures, texture_of = _emission_tables(geometry, emission_of_material, builder)
-    prim = np.flatnonzero(emissive[: geometry.corners.shape[1]])
+    prim = np.flatnonzero(emissive[: geometry.triangle_count])
     material = geometry.material[prim]
-    corners = geometry.corners[:, prim].astype(np.float64)
+    corners = geometry.corners_of(prim).astype(np.float64)
     v0, v1, v2 = corners.reshape(3, 3, -1)
     area = np.linalg.norm(np.cross(v1 - v0, v2 - v0, axis=0), axis=0)
     shines = (area > 0.0) & means[:, material].any(axis=0)
@@ -245,8 +254,8 @@ def _emissive_surfaces(geometry, emission_of_material, builder):
     ends = np.flatnonzero(np.diff(geometry.object[prim][by_object])) + 1
     for own in np.split(by_object, ends):
         builder.classic.append(mesh_pseudo_light(corners[:, own], radiance[:, own]))
-    whole = geometry.corners.reshape(3, 3, -1)
-    extent = float(np.linalg.norm(whole.max(axis=(0, 2)) - whole.min(axis=(0, 2))))
+    low, high = geometry.bounds
+    extent = float(np.linalg.norm(high - low))
     texture, axis = texture_of[material], outward(corners, geometry.object[prim], _LARGEST_BODY * extent)
     alike = (np.diff(prim) == 1) & (np.diff(material) == 0) & (np.diff(geometry.object[prim]) == 0)
     first, *sides = find_panels(corners, alike & (texture[1:] < 0))

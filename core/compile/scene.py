@@ -39,14 +39,6 @@ class Surface(NamedTuple):
     v: np.ndarray
 
 
-class SurfacePoint(NamedTuple):
-    """A point of a surface that is not seen by a ray."""
-
-    prim: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-
-
 class CompiledScene:
     """Read-only tables of one scene, shared by all workers.
 
@@ -65,6 +57,8 @@ class CompiledScene:
     def __init__(self, scene, settings, diagnostics, force_features=None):
         self.diagnostics = diagnostics
         needs = needs_of(_materials_of(scene))
+        if "uv" in settings.guides.names:
+            needs.uvs.add("")
         geometry = compile_geometry(scene, needs.uvs, diagnostics, needs)
         view = View(scene.camera, settings.width, settings.height, geometry.origin)
         self.geometry = replace(geometry, view=view)
@@ -105,6 +99,14 @@ class CompiledScene:
         cuts = settings.transparent_film and settings.method == "pathtrace"
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
+
+    def look_through(self, camera, width, height):
+        """Replace the camera and the size of the frame; nothing may be traced meanwhile."""
+        self.geometry.view.look_through(camera, width, height)  # one object, which the world's shader shares
+        self.camera = CameraRays(camera, width, height, self.geometry.origin)
+        if self.camera.has_far:
+            self.needed |= Feature.FAR_CLIP
+            self.features |= Feature.FAR_CLIP
 
     def feature_report(self):
         """Names of the features in use and left out."""
@@ -153,18 +155,19 @@ class CompiledScene:
         return out
 
     def emission_at(self, prim, u, v, arena, wo=None, ray=SCATTERED_RAY):
-        """Radiance (3, N) that leaves the points `u`, `v` (N,) of primitives `prim` (N,).
+        """Radiance (3, N) that leaves the points `u`, `v` (N,) of triangles `prim` (N,).
 
         It leaves towards `wo` (3, N), unit; None is along the normal.
         """
         if not self._textured_emission:
             return arena.take(self._emission_table, arena.take(self.geometry.material, prim))
-        if self.needs_rays:  # where a ray met a sphere or a plane is not known here
-            return self.emitted(SurfacePoint(prim, u, v), arena, ray)
         if wo is None:
             wo = np.take(self.geometry.facets[:, NORMAL], prim, axis=0).T
         d = np.negative(wo, out=arena.empty(wo.shape))
-        return self.emitted(self.interact(Hits(None, prim, u, v), None, d, arena), arena, ray)
+        o = t = None
+        if self.needs_rays:  # though triangles do not
+            o, t = arena.zeros(d.shape), arena.zeros(prim.size)
+        return self.emitted(self.interact(Hits(t, prim, u, v), o, d, arena), arena, ray)
 
     def _mean_emission(self, m):
         """Mean radiance (3,) of textured material number `m` over some points of its triangles."""
@@ -179,8 +182,12 @@ class CompiledScene:
 
     def _by_primitive(self, of_material, miss=False, dtype=bool):
         """A per-material table spread over primitives, and `miss` at its end."""
-        table = np.append(np.asarray(of_material, dtype)[self.geometry.material], np.asarray([miss], dtype))
-        return table.astype(dtype, copy=False)
+        of_material, table = np.asarray(of_material, dtype), np.full(self.geometry.count + 1, miss, dtype)
+        if of_material.size and (of_material == of_material[0]).all():
+            table[:-1] = of_material[0]
+        else:
+            np.take(of_material, self.geometry.material, out=table[:-1], mode="clip")
+        return table
 
 
 def compile_scene(scene, settings, diagnostics, force_features=None):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arena import Arena
 from ..lights.environment import ConstantEnvironment, EnvironmentMap
-from ..nodes.base import CAMERA_RAY, Context
+from ..nodes.base import SCATTERED_RAY, Context
 from ..nodes.sky import suns_of
 from ..scene import Link, Node
 from .materials import compile_program
@@ -34,12 +34,12 @@ def compile_world(world, diagnostics, view=None):
     if code.is_constant:
         return _constant(code.run(Context(Arena(4096), 1), constants)["Le"], world, diagnostics)
 
-    def radiance(d, arena, averaged=False, ray=CAMERA_RAY):
+    def radiance(d, arena, averaged=False, ray=SCATTERED_RAY):
         """Radiance (3, N) that arrives against unit directions `d` (3, N)."""
         context = Context(arena, d.shape[-1], direction=d, averaged=averaged, ray=ray, view=view)
         return np.broadcast_to(code.run(context, constants)["Le"], d.shape)
 
-    return EnvironmentMap(radiance, suns=suns_of(world.nodes))
+    return EnvironmentMap(radiance, suns=suns_of(world.nodes), by_ray="light_path" in program.operations)
 
 
 def _over_directions(world):

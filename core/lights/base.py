@@ -12,6 +12,8 @@ bounds()                                   -> Bounds; kinds at a finite distance
 box()                                      -> corners of bounding boxes; extended kinds at a finite distance only
 sample(rows, p, u0, u1, arena)             -> LightSample, given that light `rows` was chosen
 intersect(rows, o, d, tmin, tmax, arena)   -> LightHits of rays that cross the light; extended kinds only
+is_shaded                                  true of kinds whose light may depend on the ray that asks for it; then
+                                           `sample` takes a `Ray` of core.nodes.base, or None, as a sixth argument
 prim, density(rows, p, wi, distance, arena) of kinds that are geometry: numbers of the primitives, (count,) or
                                            (2, count), and the density (N,) of `sample`
 ```
@@ -35,8 +37,8 @@ NEAREST_SQUARED = 1e-24  # squared distances are kept above, so that no weight o
 class LightSample(NamedTuple):
     """A direction towards a light.
 
-    wi (3, N) unit; distance (N,), inf for lights at infinity; weight (3, N) = Le/pdf, 0 where nothing arrives;
-    pdf (N,) per solid angle, inf for delta lights.
+    wi (3, N) unit; distance (N,), inf for lights at infinity, 0 for lights without shadow; weight (3, N) = Le/pdf, 0
+    where nothing arrives; pdf (N,) per solid angle, inf for delta lights.
     """
 
     wi: np.ndarray

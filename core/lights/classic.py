@@ -43,6 +43,7 @@ class ClassicLights:
     Parameters
     ----------
     lights : sequence of LocalLight or ParallelLight
+        One whose `casts_shadow` is set to False shines through everything.
     ambient_radiance : (3,) float32
         Radiance of the constant world.
     """
@@ -57,8 +58,13 @@ class ClassicLights:
         return self._lights[k].illuminate(p, arena)
 
     def shadow_distance(self, k, distance, arena):
-        """How far light `k`'s shadow rays go, (N,), for its `distance`: an emitter does not shadow itself."""
+        """How far light `k`'s shadow rays go, (N,), for its `distance`: an emitter does not shadow itself.
+
+        That of lights without shadow is 0.
+        """
         light = self._lights[k]
+        if not light.casts_shadow:
+            return arena.zeros(distance.shape)
         out = arena.empty(distance.shape)
         np.multiply(distance, 1.0 - light.relative_margin, out=out)
         np.subtract(out, light.margin, out=out)
@@ -78,6 +84,8 @@ class LocalLight:
     margin, relative_margin : float
         By how much shadow rays end before `position`, in length and as a share of the distance.
     """
+
+    casts_shadow = True
 
     def __init__(self, position, strength, softening=0.0, nearest=0.0, profile=None, margin=0.0, relative_margin=0.0):
         self.position = np.asarray(position, np.float32).reshape(3, 1)
@@ -104,6 +112,8 @@ class ParallelLight:
     """A pseudo-light in direction `axis` (3,), unit, of `irradiance` (3,)."""
 
     margin = relative_margin = 0.0
+
+    casts_shadow = True
 
     def __init__(self, axis, irradiance):
         self.axis = np.asarray(axis, np.float32).reshape(3, 1)

@@ -31,6 +31,7 @@ class ConstantEnvironment:
     """The same `radiance` (3,) from every direction."""
 
     is_constant = True
+    by_ray = False
 
     def __init__(self, radiance):
         self.radiance = np.asarray(radiance, np.float32).reshape(3, 1)
@@ -38,7 +39,7 @@ class ConstantEnvironment:
         self.is_black = not self.radiance.any()
         self._never = np.zeros(1, np.float32)
 
-    def eval(self, d, arena):
+    def eval(self, d, arena, ray=None):
         """Radiance that arrives against `d` (3, N), (3, 1)."""
         return self.radiance
 
@@ -56,12 +57,14 @@ class EnvironmentMap:
     ----------
     radiance : callable
         ``radiance(d (3, N) unit, arena, averaged=False) -> (3, N)``; `averaged` is for cells of the grid, in which no
-        detail may be missed.
+        detail may be missed. It also takes a `ray`; without, it tells what scattered rays see.
     shape : (rows, columns)
         Of the grid: rows from +Z to -Z, columns from -X over +Y, +X and -Y.
     suns : sequence of (axis, angle)
         Small discs of the sky that are sampled apart, as `EnvironmentSuns` takes them; `radiance` leaves them out
         where it is `averaged`.
+    by_ray : bool
+        Whether `radiance` depends on the kind of ray, so that some may see what others do not.
 
     Attributes
     ----------
@@ -77,10 +80,12 @@ class EnvironmentMap:
     is_constant = False
     extended = False  # who leaves the scene asks `eval`
     at_infinity = True
+    is_shaded = True
     count = 1
 
-    def __init__(self, radiance, shape=(512, 1024), suns=()):
+    def __init__(self, radiance, shape=(512, 1024), suns=(), by_ray=False):
         self.eval = radiance
+        self.by_ray = by_ray
         found = EnvironmentSuns(radiance, suns) if suns else None
         self.suns = found if found is not None and found.power > 0.0 else None
         self.choice = 0.0
@@ -94,7 +99,7 @@ class EnvironmentMap:
         cells = self._cells()
         weight = solid_angle / (4.0 * math.pi)
         self.mean = (cells * weight).sum(axis=(1, 2)).astype(np.float32)
-        self.is_black = not cells.any() and self.suns is None
+        self.is_black = not (cells.any() or self.suns or by_ray)
         brightness = np.maximum(luminance(cells), 0.0)
         average = float((brightness * weight).sum())
         surplus = np.maximum(brightness - average, 0.0) * weight
@@ -111,7 +116,7 @@ class EnvironmentMap:
         self.is_sampled = power > 0.0
         self.power = np.array([power])  # of what is sampled
 
-    def sample(self, rows, p, u0, u1, arena):
+    def sample(self, rows, p, u0, u1, arena, ray=None):
         """A direction, bright ones more often."""
         n = p.shape[-1]
         wi, pdf = arena.empty((3, n)), arena.empty(n)
@@ -121,7 +126,8 @@ class EnvironmentMap:
             self._draw_with_suns(u0, u1, wi, pdf, arena)
         weight = arena.empty((3, n))
         with arena.frame():
-            np.divide(self.eval(wi, arena), pdf, out=weight)
+            light = self.eval(wi, arena) if ray is None else self.eval(wi, arena, ray=ray)
+            np.divide(light, pdf, out=weight)
         return LightSample(wi, arena.full(n, math.inf), weight, pdf)
 
     def _draw(self, u0, u1, wi, pdf, arena):

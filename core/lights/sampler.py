@@ -23,6 +23,8 @@ class LightSampler:
     prim_count : int
         Number of the scene's primitives.
     environment : ConstantEnvironment
+    shadowless : (count,) bool, optional
+        Lights that shine through everything: their samples get distance 0.
 
     Attributes
     ----------
@@ -31,9 +33,10 @@ class LightSampler:
     pmf : (count,) float32
         Share of all importance: the probability of the choice of lights at infinity. That of the others, `pmf_at`,
         depends on the point.
+    has_shadowless : bool
     """
 
-    def __init__(self, kinds, importance, prim_count, environment):
+    def __init__(self, kinds, importance, prim_count, environment, shadowless=None):
         self.kinds = tuple(kinds)
         self.environment = environment
         counts = [k.count for k in self.kinds]
@@ -42,6 +45,8 @@ class LightSampler:
         importance = np.asarray(importance, np.float64)
         self.pmf = (importance / importance.sum()).astype(np.float32) if self.count else np.zeros(0, np.float32)
         self._choice = choice_of(self.kinds, importance) if self.count > 1 else None
+        self.has_shadowless = shadowless is not None and any(shadowless)
+        self._shadowless = np.asarray(shadowless, bool) if self.has_shadowless else None
         self._surfaces = [
             (first, kind) for first, kind in zip(self._first, self.kinds, strict=True) if hasattr(kind, "density")
         ]
@@ -57,7 +62,7 @@ class LightSampler:
         else:
             self._sample = self._sample_by_kind
 
-    def sample(self, p, uc, u0, u1, arena):
+    def sample(self, p, uc, u0, u1, arena, ray=None):
         """A direction towards some light.
 
         Parameters
@@ -66,13 +71,15 @@ class LightSampler:
             Points that are lit.
         uc, u0, u1 : (N,) float32
             In [0, 1): choice of the light, and of a point on it.
+        ray : Ray, optional
+            What the shaders of lights are told of the rays; None where none asks.
 
         Returns
         -------
         LightSample
             Weight and density include the choice.
         """
-        return self._sample(p, uc, u0, u1, arena)
+        return self._sample(p, uc, u0, u1, arena, ray)
 
     def pmf_at(self, light, p, arena):
         """Probability (N,) or (1,) of the choice of `light`, a number or (N,), at the points `p` (3, N)."""
@@ -111,20 +118,21 @@ class LightSampler:
                         pdf[lanes] = np.multiply(density, self.pmf_at(own, at, arena), out=density)
         return pdf
 
-    def _sample_nothing(self, p, uc, u0, u1, arena):
+    def _sample_nothing(self, p, uc, u0, u1, arena, ray):
         n = p.shape[-1]
         wi = arena.zeros((3, n))
         wi[2].fill(1)
         return LightSample(wi, arena.full(n, 1.0), arena.zeros((3, n)), arena.zeros(n))
 
-    def _sample_only(self, p, uc, u0, u1, arena):
-        return self.kinds[0].sample(0, p, u0, u1, arena)
+    def _sample_only(self, p, uc, u0, u1, arena, ray):
+        return self._unshadowed(_of_kind(self.kinds[0], 0, p, u0, u1, arena, ray), 0)
 
-    def _sample_one_kind(self, p, uc, u0, u1, arena):
+    def _sample_one_kind(self, p, uc, u0, u1, arena, ray):
         choice = self._choice.sample(p, uc, arena)
-        return _chosen(self.kinds[0].sample(choice.index, p, u0, u1, arena), choice.pmf)
+        sample = _of_kind(self.kinds[0], choice.index, p, u0, u1, arena, ray)
+        return self._unshadowed(_chosen(sample, choice.pmf), choice.index)
 
-    def _sample_by_kind(self, p, uc, u0, u1, arena):
+    def _sample_by_kind(self, p, uc, u0, u1, arena, ray):
         n = p.shape[-1]
         out = LightSample(arena.empty((3, n)), arena.empty(n), arena.empty((3, n)), arena.empty(n))
         with arena.frame():
@@ -135,11 +143,24 @@ class LightSampler:
                     if lanes.size:
                         rows = 0 if kind.count == 1 else arena.take(choice.index, lanes) - first
                         chosen = (arena.take(a, lanes) for a in (p, u0, u1))
-                        part = kind.sample(rows, *chosen, arena)
+                        part = _of_kind(kind, rows, *chosen, arena, None if ray is None else ray.at(lanes))
                         for whole, piece in zip(_components(out), _components(part), strict=True):
                             whole[lanes] = piece
             _chosen(out, choice.pmf)
-        return out
+            return self._unshadowed(out, choice.index)
+
+    def _unshadowed(self, sample, light):
+        """`sample` of the lights `light`, one or (N,): what is at distance 0 stands in no shadow."""
+        if self._shadowless is not None:
+            np.copyto(sample.distance, 0.0, where=self._shadowless[light])
+        return sample
+
+
+def _of_kind(kind, rows, p, u0, u1, arena, ray):
+    """A direction towards lights `rows` of `kind`."""
+    if ray is not None and getattr(kind, "is_shaded", False):
+        return kind.sample(rows, p, u0, u1, arena, ray)
+    return kind.sample(rows, p, u0, u1, arena)
 
 
 def _components(sample):

@@ -29,7 +29,7 @@ class TriangleLights:
     axis : (3, count), optional
         From `outward`; serves the choice alone.
     textures : sequence of callable
-        ``Le(prim, u, v, arena) -> (3, n)`` of textured emitters.
+        ``Le(prim, u, v, arena, wo, [ray]) -> (3, n)`` of textured emitters, towards `wo`.
     texture : (count,) int, optional
         Number in `textures`, -1 where the radiance is constant.
     """
@@ -48,6 +48,7 @@ class TriangleLights:
         self.power = 2.0 * math.pi * self.area * np.abs(np.asarray(radiance, np.float64)).mean(axis=0)
         self._axis = axis
         self._textures = tuple(textures)
+        self.is_shaded = bool(self._textures)
         self._texture = None if texture is None else np.ascontiguousarray(texture, np.int32)
 
     def bounds(self):
@@ -56,7 +57,7 @@ class TriangleLights:
         spread = ((e1 * e1).sum(axis=0) + (e2 * e2).sum(axis=0) - (e1 * e2).sum(axis=0)) / 18.0
         return Bounds(v0 + (e1 + e2) / 3.0, spread, self._axis)
 
-    def sample(self, rows, p, u0, u1, arena):
+    def sample(self, rows, p, u0, u1, arena, ray=None):
         """A direction to a point of the triangle."""
         n = p.shape[-1]
         wi, distance, weight, pdf = arena.empty((3, n)), arena.empty(n), arena.empty((3, n)), arena.empty(n)
@@ -72,7 +73,9 @@ class TriangleLights:
             normalize_length(wi, distance, arena)
             inverse = self._inverse_density(corners[9:12], wi, distance, arena)
             np.divide(1.0, np.maximum(inverse, _TINY, out=pdf), out=pdf)
-            np.multiply(self._emitted(rows, b, arena), inverse, out=weight)
+            if ray is not None:
+                ray = ray._replace(length=distance)
+            np.multiply(self._emitted(rows, b, wi, ray, arena), inverse, out=weight)
         return LightSample(wi, distance, weight, pdf)
 
     def density(self, rows, p, wi, distance, arena):
@@ -89,8 +92,8 @@ class TriangleLights:
             np.divide(inverse, np.maximum(squared, NEAREST_SQUARED, out=squared), out=inverse)
         return inverse
 
-    def _emitted(self, rows, b, arena):
-        """Radiance at barycentric coordinates `b` (2, N), (3, N) or (3, 1)."""
+    def _emitted(self, rows, b, wi, ray, arena):
+        """Radiance that leaves barycentric coordinates `b` (2, N) against `wi` (3, N), (3, N) or (3, 1)."""
         radiance = rows_of(self.radiance, rows, arena)
         if not self._textures:
             return radiance
@@ -102,7 +105,9 @@ class TriangleLights:
             for k, evaluate in enumerate(self._textures):
                 lanes = np.flatnonzero(np.broadcast_to(texture == k, n))
                 if lanes.size:
-                    out[:, lanes] = evaluate(prim[lanes], b[0][lanes], b[1][lanes], arena)
+                    wo = np.negative(wi[:, lanes])
+                    asking = () if ray is None else (ray.at(lanes),)
+                    out[:, lanes] = evaluate(prim[lanes], b[0][lanes], b[1][lanes], arena, wo, *asking)
         return out
 
 

@@ -13,21 +13,21 @@ def has_holdouts(scene):
     return any(program.holdout is not None for program in scene.materials.programs)
 
 
-def holes(scene, hits, o, d, arena):
-    """Lanes whose surface cuts a hole, and by what share of their alpha, (n,)."""
+def holes(scene, hits, o, d, ray, arena):
+    """Lanes whose surface cuts a hole into what the rays `ray` see, and by what share of their alpha, (n,)."""
     met = np.flatnonzero(hits.prim >= 0)
     met = met[_cuts(scene)[scene.geometry.material[hits.prim[met]]]]
     if met.size == 0:
         return met, arena.zeros(0)
     surface = scene.interact(gather(hits, met, arena), arena.take(o, met), arena.take(d, met), arena)
     material = arena.take(scene.geometry.material, surface.prim)
-    share = arena.zeros(met.size)
+    share, ray = arena.zeros(met.size), ray.at(met)
     for number, lanes in scene.materials.groups(material, arena):
         code = scene.materials.programs[number].holdout
         lanes = slice(None) if lanes is None else lanes
         part = surface if isinstance(lanes, slice) else gather(surface, lanes, arena)
         constants = scene.materials.constants(number, "holdout", material[lanes], arena)
-        share[lanes] = code.run(surface_context(part, scene.geometry, arena), constants)["H"]
+        share[lanes] = code.run(surface_context(part, scene.geometry, arena, ray.at(lanes)), constants)["H"]
     return met, np.clip(share, 0, 1, out=share)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from ..bsdf.phong import PhongParameters, phong_parameters
 from ..compile.features import Feature
 from ..interaction import spawn, spawn_to
+from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..vecmath import dot, reflect
 from .wavefront import Wavefront, any_channel, gather, slices, surface_context
 
@@ -25,13 +26,35 @@ _PRUNE = 1 / 1024  # rays that carry less than this are not traced
 
 
 class Rays(NamedTuple):
-    """Rays of one level: origins and directions (3, N), distance limits, weights (3, N) and the lanes they add to."""
+    """Rays of one level: origins and directions (3, N), distance limits, weights (3, N) and the lanes they add to.
+
+    trail (2, N): whether the ray is refracted, and how often it was; None of camera rays and where no shader asks.
+    """
 
     o: np.ndarray
     d: np.ndarray
     tmax: np.ndarray | None
     weight: np.ndarray | None
     lane: np.ndarray | None
+    trail: np.ndarray | None = None
+
+    def told(self, level, t):
+        """The `Ray` that shaders are told of, `t` (N,) from the rays' origins."""
+        if level == 0:
+            return CAMERA_RAY
+        if self.trail is None:
+            return SCATTERED_RAY
+        refracted, refractions = self.trail
+        return SCATTERED_RAY._replace(
+            glossy=1.0,
+            singular=1.0,
+            reflection=1 - refracted,
+            transmission=refracted,
+            length=t,
+            depth=level,
+            glossy_depth=level - refractions,
+            transmission_depth=refractions,
+        )
 
 
 class LocalModel(Wavefront):
@@ -74,7 +97,7 @@ class LocalModel(Wavefront):
             worker.rays["secondary"] += rays.o.shape[1]
         self._add_environment(rays, hits, level, radiance, arena)
         if Feature.EMISSIVE_SURFACES in self.features:
-            self._add_emission(rays, hits, radiance, arena)
+            self._add_emission(rays, hits, level, radiance, arena)
         order, groups = self.scene.grouped(hits.prim, arena)
         if order.size == 0:
             return None
@@ -83,8 +106,10 @@ class LocalModel(Wavefront):
             if rays.lane is None:
                 rays = rays._replace(lane=order.astype(np.int32))
         surface = self.scene.interact(hits, rays.o, rays.d, arena)
-        phong = self._parameters(surface, groups, arena)
-        light = self._illuminated(surface, phong, worker)
+        phong = self._parameters(surface, groups, rays.told(level, hits.t), arena)
+        if phong.normal is not None:
+            surface = surface._replace(ns=phong.normal)
+        light = self._illuminated(surface, phong, level, worker)
         self._add(radiance, rays, light)
         if level == self.levels - 1:
             return None
@@ -97,16 +122,18 @@ class LocalModel(Wavefront):
         if level == 0 and self.settings.transparent_film:
             radiance[3, missed] = 0
         elif Feature.ENVIRONMENT in self.features:
-            seen = self.scene.lights.environment.eval(arena.take(rays.d, missed), arena)
+            rays = Rays(*(None if a is None else a[..., missed] for a in rays))
+            seen = self.scene.lights.environment.eval(rays.d, arena, ray=rays.told(level, None))
             light = np.broadcast_to(seen, (3, missed.size))
-            self._add(radiance, Rays(*(None if a is None else a[..., missed] for a in rays)), light, missed)
+            self._add(radiance, rays, light, missed)
 
-    def _add_emission(self, rays, hits, radiance, arena):
+    def _add_emission(self, rays, hits, level, radiance, arena):
         met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
         if met.size:
-            o, d = arena.take(rays.o, met), arena.take(rays.d, met)
-            light = self.scene.emitted(self.scene.interact(gather(hits, met, arena), o, d, arena), arena)
-            self._add(radiance, Rays(*(None if a is None else a[..., met] for a in rays)), light, met)
+            hits, rays = gather(hits, met, arena), gather(rays, met, arena)
+            surface = self.scene.interact(hits, rays.o, rays.d, arena)
+            light = self.scene.emitted(surface, arena, rays.told(level, hits.t))
+            self._add(radiance, rays, light, met)
 
     def _add(self, radiance, rays, light, lanes=None):
         """Add weighted light; several rays of a level may belong to one lane."""
@@ -123,19 +150,22 @@ class LocalModel(Wavefront):
 
     # -- shading -------------------------------------------------------------------------------------------------------
 
-    def _parameters(self, surface, groups, arena):
-        parts = [self._group_parameters(n, slices(surface, a, b), arena) for n, a, b in groups]
+    def _parameters(self, surface, groups, ray, arena):
+        parts = [self._group_parameters(n, slices(surface, a, b), ray.at(slice(a, b)), arena) for n, a, b in groups]
         if len(parts) == 1:
             return self._overridden(parts[0], surface)
-        return self._overridden(
-            PhongParameters(*(np.concatenate(c, axis=-1) for c in zip(*parts, strict=True))), surface
-        )
+        *columns, normals = zip(*parts, strict=True)
+        normal = None
+        if any(n is not None for n in normals):
+            whole = [surface.ns[:, a:b] if n is None else n for n, (_, a, b) in zip(normals, groups, strict=True)]
+            normal = np.concatenate(whole, axis=-1)
+        return self._overridden(PhongParameters(*(np.concatenate(c, axis=-1) for c in columns), normal), surface)
 
-    def _group_parameters(self, number, surface, arena):
+    def _group_parameters(self, number, surface, ray, arena):
         scene = self.scene
         material = arena.take(scene.geometry.material, surface.prim)
         constants = scene.materials.constants(number, "scatter", material, arena)
-        context = surface_context(surface, scene.geometry, arena)
+        context = surface_context(surface, scene.geometry, arena, ray)
         lobes = scene.materials.programs[number].lobes_over(context, constants)
         transparency = None
         if scene.materials.programs[number].transparency is not None:
@@ -156,7 +186,7 @@ class LocalModel(Wavefront):
             phong.eta[:] = np.where(surface.front, s.ior, 1 / s.ior)
         return phong
 
-    def _illuminated(self, surface, phong, worker):
+    def _illuminated(self, surface, phong, level, worker):
         """Ambient light and the local terms of every light, (3, N)."""
         arena = worker.scratch
         n = surface.prim.size
@@ -167,6 +197,7 @@ class LocalModel(Wavefront):
         )
         light = phong.diffuse * np.broadcast_to(ambient, 3).astype(np.float32).reshape(3, 1)
         mirror = reflect(surface.wo, surface.ns, arena)
+        ray = SHADOW_RAY._replace(depth=level + 1, length=0.0) if Feature.LIGHT_PATH in self.features else SHADOW_RAY
         lights = self.scene.lights.classic
         for k in range(lights.count):
             with arena.frame():
@@ -178,7 +209,7 @@ class LocalModel(Wavefront):
                 value = arena.take(value, lit)
                 if self.shadows:
                     distance = lights.shadow_distance(k, arena.take(distance, lit), arena)
-                    value *= self._seen(surface, lit, arena.take(wi, lit), distance, worker)
+                    value *= self._seen(surface, lit, arena.take(wi, lit), distance, ray, worker)
                 light[:, lit] += value
         return light
 
@@ -198,10 +229,10 @@ class LocalModel(Wavefront):
             value *= irradiance
         return value
 
-    def _seen(self, surface, lanes, wi, distance, worker):
+    def _seen(self, surface, lanes, wi, distance, ray, worker):
         arena = worker.scratch
         p, offset, ng = (arena.take(a, lanes) for a in (surface.p, surface.offset, surface.ng))
-        return self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker)
+        return self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker, ray)
 
     # -- rays beyond ---------------------------------------------------------------------------------------------------
 
@@ -216,17 +247,27 @@ class LocalModel(Wavefront):
         # Where light cannot leave, the mirror ray carries the refracted one's share too.
         shares = ((reflect(surface.wo, surface.ns, arena), phong.k_s + phong.k_t * total), (bent, phong.k_t * ~total))
         parts = []
-        for wi, share in shares:
+        for refracted, (wi, share) in enumerate(shares):
             weight = share * before
             kept = np.flatnonzero(weight.max(axis=0) > _PRUNE)
             if kept.size:
                 d = arena.take(wi, kept)
                 p, offset, ng = (arena.take(a, kept) for a in (surface.p, surface.offset, surface.ng))
                 parts.append((spawn(p, offset, ng, d, arena), d, weight[:, kept], lane[kept]))
+                if Feature.LIGHT_PATH in self.features:
+                    parts[-1] += (_trail(rays, kept, refracted, arena),)
         if not parts:
             return None
-        o, d, weight, lane = (_stacked(column, out) for column in zip(*parts, strict=True))
-        return Rays(o, d, None, weight, lane)
+        o, d, *rest = (_stacked(column, out) for column in zip(*parts, strict=True))
+        return Rays(o, d, None, *rest)
+
+
+def _trail(rays, lanes, refracted, arena):
+    """`Rays.trail` of the rays that go on from `lanes`, all of them `refracted` (1) or mirrored (0)."""
+    trail = arena.full((2, lanes.size), refracted)
+    if rays.trail is not None:
+        trail[1] += rays.trail[1][lanes]
+    return trail
 
 
 def _refracted(surface, eta, arena):

@@ -14,9 +14,11 @@ import numpy as np
 
 from ..compile.features import Feature
 from ..interaction import spawn, spawn_to
+from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..sampling.mis import weight as mis_weight
 from ..sampling.sampler import Draw
 from .holdout import has_holdouts, holes
+from .trails import after_scattering, light_ray, new_trail, ray_of, shadow_ray
 from .transparency import pass_through
 from .wavefront import Wavefront, any_channel, gather, slices, surface_context
 
@@ -28,7 +30,7 @@ class Paths:
     """Lanes on their way; columns that a scene does not need are None.
 
     lane: where the path's radiance is summed (None: in order); pdf: density with which `d` was sampled (None: infinite,
-    a camera ray); passed: distance through transparent surfaces.
+    a camera ray); passed: distance through transparent surfaces; trail: what shaders ask of the ray (`trails`).
     """
 
     lane: np.ndarray | None
@@ -40,6 +42,14 @@ class Paths:
     beta: np.ndarray | None
     pdf: np.ndarray | None = None
     passed: np.ndarray | None = None
+    trail: np.ndarray | None = None
+
+    def ray(self, depth, t, arena, lanes=None):
+        """The `Ray` of the paths `lanes` (None: all) at their hit number `depth`, `t` (n,) from `o`."""
+        if self.trail is None:
+            return CAMERA_RAY if depth == 0 else SCATTERED_RAY
+        trail, passed = (a if a is None or lanes is None else arena.take(a, lanes) for a in (self.trail, self.passed))
+        return ray_of(trail, depth, t if passed is None or t is None else t + passed)
 
     def at(self, lanes, arena):
         """The lanes `lanes`, dense."""
@@ -53,6 +63,7 @@ class PathTrace(Wavefront):
         super().__init__(compiled, settings)
         features = compiled.features
         self._straight = Feature.TRANSPARENCY in features
+        self._tells_rays = Feature.LIGHT_PATH in features
         self._has_lights = Feature.DIRECT_LIGHT in features
         stages = {
             Feature.ENVIRONMENT: (
@@ -97,6 +108,8 @@ class PathTrace(Wavefront):
         if self._straight:
             paths.beta = arena.full((3, keys.size), 1.0)
             paths.passed = arena.zeros(keys.size)
+        if self._tells_rays:
+            paths.trail = new_trail(keys.size, arena)
         return paths
 
     def _bounce(self, paths, depth, samples, radiance, worker):
@@ -142,7 +155,7 @@ class PathTrace(Wavefront):
         d = arena.take(paths.d, missed)
         light = arena.empty((3, missed.size))
         with arena.frame():
-            light[:] = environment.eval(d, arena)
+            light[:] = environment.eval(d, arena, ray=paths.ray(depth, None, arena, missed))
             if paths.pdf is not None:
                 pdf = arena.take(paths.pdf, missed)
                 np.multiply(light, mis_weight(pdf, environment.pdf(d, arena), arena), out=light)
@@ -157,7 +170,8 @@ class PathTrace(Wavefront):
     def _cut_holes(self, paths, hits, depth, radiance, worker):
         if depth > 0:
             return
-        lanes, share = holes(self.scene, hits, paths.o, paths.d, worker.scratch)
+        ray = paths.ray(depth, hits.t, worker.scratch)
+        lanes, share = holes(self.scene, hits, paths.o, paths.d, ray, worker.scratch)
         radiance[3, lanes] -= share if paths.beta is None else share * paths.beta[:, lanes].mean(axis=0)
 
     def _clear_film(self, paths, hits, depth, radiance, worker):
@@ -175,7 +189,7 @@ class PathTrace(Wavefront):
         hits = gather(hits, met, arena)
         d = arena.take(paths.d, met)
         surface = self.scene.interact(hits, arena.take(paths.o, met), d, arena)
-        light = self.scene.emitted(surface, arena)
+        light = self.scene.emitted(surface, arena, paths.ray(depth, hits.t, arena, met))
         if paths.pdf is not None and self._has_lights:
             start, distance = arena.take(paths.o, met), hits.t
             if paths.passed is not None:
@@ -216,7 +230,7 @@ class PathTrace(Wavefront):
         if order.size == 0:
             return None
         if order.size < hits.prim.size or len(groups) > 1:
-            if not self.scene.needs_rays:
+            if not (self.scene.needs_rays or self._tells_rays):
                 hits, paths.o = hits._replace(t=None), None
             paths.tmax = None
             hits, paths = gather(hits, order, arena), paths.at(order, arena)
@@ -227,12 +241,14 @@ class PathTrace(Wavefront):
         light = sampled = roulette = None
         if self._has_lights:
             u = self._numbers(Draw.LIGHT, (0, 1, 2), paths, depth, samples, arena)
-            light = self.scene.lights.sampler.sample(surface.p, u[0], u[1], u[2], arena)
+            asking = light_ray(paths.trail, depth) if self._tells_rays else None
+            light = self.scene.lights.sampler.sample(surface.p, u[0], u[1], u[2], arena, asking)
         if not last:
             sampled = self._numbers(Draw.BSDF, self._bsdf_dimensions, paths, depth, samples, arena)
             if depth >= _ROULETTE_DEPTH:
                 roulette = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, arena)[0]
-        direct, scattered = self._shade(surface, groups, light, sampled, arena)
+        ray = paths.ray(depth, hits.t, arena)
+        direct, scattered = self._shade(surface, groups, ray, light, sampled, arena)
         if direct is not None:
             self._add_direct(paths, surface, light, direct, depth, radiance, worker)
         if scattered is None:
@@ -242,18 +258,20 @@ class PathTrace(Wavefront):
     def _numbers(self, kind, dimensions, paths, depth, samples, arena):
         return self.scene.sampler.draw(kind.at(depth), dimensions, paths.keys, paths.slots, samples, arena)
 
-    def _shade(self, surface, groups, light, sampled, arena):
+    def _shade(self, surface, groups, ray, light, sampled, arena):
         """Evaluate every group's materials: (direct (3, N) or None, BSDFSample or None)."""
         results = []
         for program, start, stop in groups:
-            part = surface if stop - start == surface.prim.size else slices(surface, start, stop)
-            results.append(self._shade_group(program, part, light, sampled, start, stop, arena))
+            part, seen_by = surface, ray
+            if stop - start < surface.prim.size:
+                part, seen_by = slices(surface, start, stop), ray.at(slice(start, stop))
+            results.append(self._shade_group(program, part, seen_by, light, sampled, start, stop, arena))
         if len(results) == 1:
             return results[0]
         direct, scattered = zip(*results, strict=True)
         return _joined(direct, groups, arena), _joined_samples(scattered, groups, arena)
 
-    def _shade_group(self, number, surface, light, sampled, start, stop, arena):
+    def _shade_group(self, number, surface, ray, light, sampled, start, stop, arena):
         scene = self.scene
         program = scene.materials.programs[number]
         mixture = program.mixture
@@ -261,7 +279,7 @@ class PathTrace(Wavefront):
             return None, None
         material = arena.take(scene.geometry.material, surface.prim)
         constants = scene.materials.constants(number, "scatter", material, arena)
-        lobes = program.lobes_over(surface_context(surface, scene.geometry, arena), constants)
+        lobes = program.lobes_over(surface_context(surface, scene.geometry, arena, ray), constants)
         shares = mixture.shares(lobes, surface, arena)
         direct = scattered = None
         if light is not None and mixture.is_smooth:
@@ -271,7 +289,7 @@ class PathTrace(Wavefront):
             np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
         if sampled is not None:
             u = sampled[:, start:stop]
-            scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena, shares)
+            scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena, shares, self._tells_rays)
         return direct, scattered
 
     def _add_direct(self, paths, surface, light, direct, depth, radiance, worker):
@@ -285,7 +303,8 @@ class PathTrace(Wavefront):
         direct = arena.take(direct, lit)
         wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
         p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
-        np.multiply(direct, self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker), out=direct)
+        ray = shadow_ray(arena.take(paths.trail, lit), depth) if self._tells_rays else SHADOW_RAY
+        np.multiply(direct, self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker, ray), out=direct)
         self._add(radiance, lit if paths.lane is None else arena.take(paths.lane, lit), direct, depth)
 
     def _go_on(self, paths, surface, scattered, u, depth, worker):
@@ -314,6 +333,8 @@ class PathTrace(Wavefront):
             pdf=out.take(scattered.pdf, alive),
             passed=out.zeros(alive.size) if self._straight else None,
         )
+        if self._tells_rays:
+            kept.trail = after_scattering(paths.trail, scattered, surface.ng, alive, arena, out)
         if survival is not None:
             np.divide(kept.beta, arena.take(survival, alive), out=kept.beta)
         return kept
@@ -368,8 +389,11 @@ def _joined_samples(parts, groups, arena):
         return None
     count = groups[-1][2]
     wi, weight, pdf = arena.zeros((3, count)), arena.zeros((3, count)), arena.zeros(count)
+    flags = None if found[0].flags is None else arena.zeros(count, np.uint8)
     for part, (_, start, stop) in zip(parts, groups, strict=True):
         if part is None:
             continue
         wi[:, start:stop], weight[:, start:stop], pdf[start:stop] = part.wi, part.weight, part.pdf
-    return type(found[0])(wi, weight, pdf)
+        if flags is not None:
+            flags[start:stop] = part.flags
+    return type(found[0])(wi, weight, pdf, flags=flags)

@@ -9,14 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..interaction import spawn
-from ..nodes.base import Context
+from ..nodes.base import SHADOW_RAY, Context
 from ..sampling.sampler import Draw
+from .trails import pass_straight
 
 _PASSAGE_GROUPS = 1 << 16  # dimensions of each further passage of one bounce
 
 
-def straight_weight(scene, surface, arena):
-    """What each lane's surface lets pass unbent, (3, N)."""
+def straight_weight(scene, surface, arena, ray):
+    """What each lane's surface lets pass unbent of the rays `ray`, (3, N)."""
     weight = arena.zeros((3, surface.prim.size))
     material = arena.take(scene.geometry.material, surface.prim)
     for number, lanes in scene.materials.groups(material, arena):
@@ -27,13 +28,17 @@ def straight_weight(scene, surface, arena):
         constants = scene.materials.constants(
             number, "transparency", material if lanes is None else material[lanes], arena
         )
-        value = program.transparency.run(Context(arena, part.prim.size, part, scene.geometry), constants)["T"]
+        context = Context(arena, part.prim.size, part, scene.geometry, ray=ray if lanes is None else ray.at(lanes))
+        value = program.transparency.run(context, constants)["T"]
         weight[:, slice(None) if lanes is None else lanes] = value
     return weight
 
 
-def transmittance(scene, o, d, tmax, transparent_depth, worker):
-    """Light that reaches the end of shadow rays, (3, N): 0 behind an opaque surface."""
+def transmittance(scene, o, d, tmax, transparent_depth, worker, ray=SHADOW_RAY):
+    """Light that reaches the end of shadow rays, (3, N): 0 behind an opaque surface.
+
+    `ray` describes the rays at their start; a `length` of None is not counted.
+    """
     arena = worker.scratch
     n = o.shape[1]
     left = arena.full((3, n), 1.0)
@@ -47,11 +52,16 @@ def transmittance(scene, o, d, tmax, transparent_depth, worker):
         hits = type(hits)(*(arena.take(a, met) for a in hits))
         o, d, lane = arena.take(o, met), arena.take(d, met), lane[met]
         surface = scene.interact(hits, o, d, arena)
-        left[:, lane] *= straight_weight(scene, surface, arena)
+        ray = ray.at(met)
+        if ray.length is not None:
+            ray = ray._replace(length=ray.length + hits.t)
+        left[:, lane] *= straight_weight(scene, surface, arena, ray)
         goes = np.flatnonzero(left[:, lane].any(axis=0))
         tmax = arena.take(tmax, met)[goes] - hits.t[goes]
         d, lane = arena.take(d, goes), lane[goes]
         o = spawn(surface.p[:, goes], surface.offset[goes], surface.ng[:, goes], d, arena)
+        ray = ray.at(goes)
+        ray = ray._replace(transparent_depth=ray.transparent_depth + 1)
         if lane.size == 0:
             return left
     left[:, lane] = 0
@@ -61,7 +71,7 @@ def transmittance(scene, o, d, tmax, transparent_depth, worker):
 def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
     """Carry lanes through surfaces that they pass straight.
 
-    Changes `state` (beta, o, passed) and `hits` in place: at the end each hit is one that scatters, or a miss.
+    Changes `state` (beta, o, passed, trail) and `hits` in place: at the end each hit is one that scatters, or a miss.
 
     Yields
     ------
@@ -76,7 +86,7 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         part = type(hits)(*(a[lane] for a in hits))
         d = arena.take(state.d, lane)
         surface = scene.interact(part, arena.take(state.o, lane), d, arena)
-        weight = straight_weight(scene, surface, arena)
+        weight = straight_weight(scene, surface, arena, state.ray(depth, part.t, arena, lane))
         chance = np.clip(weight.max(axis=0), 0.0, 1.0)
         chance[np.take(scene.clear_prim, surface.prim)] = 1  # nothing else happens there, so nothing is left to chance
         slots = None if state.slots is None else state.slots[lane]
@@ -95,6 +105,8 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         o = spawn(surface.p[:, goes], surface.offset[goes], surface.ng[:, goes], d, arena)
         state.o[:, lane] = o
         state.passed[lane] += part.t[goes]
+        if state.trail is not None:
+            pass_straight(state.trail, lane)
         tmax = None
         if state.tmax is not None:
             state.tmax[lane] -= part.t[goes]

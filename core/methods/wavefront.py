@@ -13,7 +13,9 @@ import numpy as np
 
 from ..arena import Arena
 from ..compile.features import Feature
-from ..nodes.base import Context
+from ..interaction import SHORTEST
+from ..nodes.base import CAMERA_RAY, SHADOW_RAY, Context
+from ..sampling.pixel_filter import pixel_filter
 from ..sampling.sampler import Draw
 from .transparency import transmittance
 
@@ -39,6 +41,7 @@ class Worker:
     clock: Clock = field(default_factory=Clock)
     rays: dict = field(default_factory=lambda: {"camera": 0, "shadow": 0, "secondary": 0})
     nonfinite: int = 0
+    unseen: np.ndarray | None = None  # lanes of the chunk that fall beside a round picture
     stop: Event = field(default_factory=Event)
 
     @property
@@ -82,11 +85,22 @@ class Wavefront:
         self.features = compiled.features
         self.settings = settings
         self.channels = 4 if settings.transparent_film else 3
+        self._filter = pixel_filter(settings.pixel_filter, settings.filter_width)
         self.visibility = self._through_surfaces if Feature.TRANSPARENCY in compiled.features else self._unblocked
+        if compiled.lights.sampler.has_shadowless:
+            self._cast, self.visibility = self.visibility, self._cast_some
 
     def trace(self, chunk, worker):
         """Radiance of a chunk, (channels, lanes) float32 in `worker.output`; None when `worker.stop` was set."""
         raise NotImplementedError
+
+    def radiance(self, chunk, worker):
+        """What `trace` gives, black where the camera shows nothing."""
+        radiance = self.trace(chunk, worker)
+        if radiance is not None and worker.unseen is not None:
+            radiance[:3, worker.unseen] = 0
+            radiance[3:, worker.unseen] = 1
+        return radiance
 
     def camera_lanes(self, chunk, worker, arena):
         """Keys, slots and rays of a chunk: (keys, slots, o, d, tmax)."""
@@ -94,16 +108,20 @@ class Wavefront:
         pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
         slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
         keys = self.scene.sampler.keys(pixels, arena)
-        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), (0, 1), keys, slots, chunk.samples, arena)
+        camera = self.scene.camera
+        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), camera.dimensions, keys, slots, chunk.samples, arena)
         self.place_samples(jitter, chunk)
-        o, d, tmax = self.scene.camera.rays(pixels, jitter, arena)
+        if self._filter is not None:
+            self._filter.place(jitter[:2], arena)
+        o, d, tmax = camera.rays(pixels, jitter, arena)
+        worker.unseen = np.flatnonzero(tmax <= 0) if camera.is_round else None
         worker.rays["camera"] += pixels.size
         return keys, slots, o, d, tmax
 
     def place_samples(self, jitter, chunk):
-        """Where in their pixels (2, N) the samples fall; the default leaves them at random."""
+        """Where in their pixels, and in the lens, (2 or 4, N) the samples fall; the default leaves them at random."""
 
-    def _unblocked(self, o, d, tmax, worker):
+    def _unblocked(self, o, d, tmax, worker, ray=SHADOW_RAY):
         """How much light passes along shadow rays: (N,) float32, 0 or 1."""
         arena = worker.scratch
         worker.rays["shadow"] += o.shape[1]
@@ -112,14 +130,23 @@ class Wavefront:
         np.subtract(1, blocked, out=clear, casting="unsafe")
         return clear
 
-    def _through_surfaces(self, o, d, tmax, worker):
+    def _through_surfaces(self, o, d, tmax, worker, ray=SHADOW_RAY):
         """The same where surfaces let light pass straight through: (3, N)."""
-        return transmittance(self.scene, o, d, tmax, self.settings.transparent_depth, worker)
+        return transmittance(self.scene, o, d, tmax, self.settings.transparent_depth, worker, ray)
+
+    def _cast_some(self, o, d, tmax, worker, ray=SHADOW_RAY):
+        """The same where lights without shadow ask for rays of no length."""
+        arena = worker.scratch
+        lanes = np.flatnonzero(tmax >= SHORTEST)
+        seen = self._cast(*(arena.take(a, lanes) for a in (o, d, tmax)), worker, ray.at(lanes))
+        out = arena.full((*seen.shape[:-1], tmax.size), 1.0)
+        out[..., lanes] = seen
+        return out
 
 
-def surface_context(surface, geometry, arena):
+def surface_context(surface, geometry, arena, ray=CAMERA_RAY):
     """The `Context` in which programs run over the lanes of `surface`."""
-    return Context(arena, surface.prim.size, surface, geometry)
+    return Context(arena, surface.prim.size, surface, geometry, ray=ray)
 
 
 def gather(columns, lanes, arena):

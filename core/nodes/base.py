@@ -37,7 +37,7 @@ class Ray(NamedTuple):
 
     def at(self, lanes):
         """The rays of some lanes, an index or a slice."""
-        return Ray(*(_lanes(column, lanes) for column in self))
+        return Ray(*(c[..., lanes] if getattr(c, "ndim", 0) and c.shape[-1] > 1 else c for c in self))
 
 
 CAMERA_RAY = Ray(camera=1.0)
@@ -143,8 +143,8 @@ class _Part:
         return part
 
 
-class Outputs(dict):
-    """Outputs of an operation, each computed when it is first read.
+class Outputs(Mapping):
+    """Outputs of an operation, each computed the first time it is read: a noise's colour costs three times its factor.
 
     Parameters
     ----------
@@ -153,12 +153,19 @@ class Outputs(dict):
     """
 
     def __init__(self, makers, *arguments):
-        super().__init__()
         self._makers, self._arguments = makers, arguments
+        self._values = {}
 
-    def __missing__(self, name):
-        self[name] = self._makers[name](*self._arguments)
-        return self[name]
+    def __getitem__(self, name):
+        if name not in self._values:
+            self._values[name] = self._makers[name](*self._arguments)
+        return self._values[name]
+
+    def __iter__(self):
+        return iter(self._makers)
+
+    def __len__(self):
+        return len(self._makers)
 
 
 def as_vector(value):

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..vecmath import lanes
-from .base import Operation
+from .base import Operation, Outputs
 from .hashing import hash_to_unit
-from .texture import Outputs, scaled, vector_of
+from .texture import scaled, vector_of
 
 _BLOCK = 16384
 _IMPULSES = 8
@@ -40,9 +40,11 @@ def _gabor(context, inputs, properties):
     phasor = _phasor(p, waves, arena)
     real, imaginary = phasor
     return Outputs(
-        value=lambda: imaginary * np.float32(0.5 / _RANGE[dimension]) + np.float32(0.5),
-        phase=lambda: (np.arctan2(imaginary, real) + np.float32(math.pi)) * np.float32(0.5 / math.pi),
-        intensity=lambda: np.hypot(real, imaginary) * np.float32(1 / _RANGE[dimension]),
+        {
+            "value": lambda: imaginary * np.float32(0.5 / _RANGE[dimension]) + np.float32(0.5),
+            "phase": lambda: (np.arctan2(imaginary, real) + np.float32(math.pi)) * np.float32(0.5 / math.pi),
+            "intensity": lambda: np.hypot(real, imaginary) * np.float32(1 / _RANGE[dimension]),
+        }
     )
 
 

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from .base import Operation
-from .texture import Outputs, grey, vector_of
+from .base import Operation, Outputs
+from .texture import grey, vector_of
 
 
 def _gradient(context, inputs, properties):
@@ -22,7 +22,7 @@ def _gradient(context, inputs, properties):
         np.fmax(out, 0, out=out)
         return np.minimum(out, 1, out=out)
 
-    outputs = Outputs(fac=fac, color=lambda: grey(outputs["fac"]))
+    outputs = Outputs({"fac": fac, "color": lambda: grey(outputs["fac"])})
     return outputs
 
 

@@ -8,8 +8,8 @@ import math
 import numpy as np
 
 from ..vecmath import lanes
-from .base import Operation
-from .texture import Outputs, vector_of
+from .base import Operation, Outputs
+from .texture import vector_of
 
 # What each level of depth computes: the coordinate replaced, the signs of x, y and z, the function, its sign.
 _LEVELS = (
@@ -57,7 +57,7 @@ def _magic(context, inputs, properties):
         np.add(out, outputs["color"][2], out=out)
         return np.multiply(out, 1 / 3, out=out)
 
-    outputs = Outputs(color=color, fac=fac)
+    outputs = Outputs({"color": color, "fac": fac})
     return outputs
 
 

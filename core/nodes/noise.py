@@ -13,11 +13,11 @@ import numpy as np
 
 from ..arena import Arena
 from ..vecmath import lanes
-from .base import Operation
+from .base import Operation, Outputs
 from .fractal import Fractal, evaluate
 from .hashing import hash_to_unit
 from .perlin import BLOCK, signed_noise
-from .texture import Outputs, scaled, vector_of
+from .texture import scaled, vector_of
 
 
 def _noise(context, inputs, properties):
@@ -40,7 +40,7 @@ def _noise(context, inputs, properties):
             rows.append(evaluate(fractal, moved, arena))
         return np.stack(rows, out=arena.empty((3, rows[0].size)))
 
-    outputs = Outputs(fac=lambda: evaluate(fractal, p, arena), color=color)
+    outputs = Outputs({"fac": lambda: evaluate(fractal, p, arena), "color": color})
     return outputs
 
 

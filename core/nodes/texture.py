@@ -1,39 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What procedural textures share: where they are looked up, and outputs that are computed when asked for."""
+"""What procedural textures share: where they are looked up."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 
 from ..vecmath import lanes
 from .coordinates import lookup_generated
-
-
-class Outputs(Mapping):
-    """Outputs of an operation, each computed the first time it is read: a noise's colour costs three times its factor.
-
-    Parameters
-    ----------
-    makers : mapping of str to callable
-        ``maker() -> array`` of each output.
-    """
-
-    def __init__(self, **makers):
-        self._makers = makers
-        self._values = {}
-
-    def __getitem__(self, name):
-        if name not in self._values:
-            self._values[name] = self._makers[name]()
-        return self._values[name]
-
-    def __iter__(self):
-        return iter(self._makers)
-
-    def __len__(self):
-        return len(self._makers)
 
 
 def grey(fac):

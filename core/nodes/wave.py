@@ -8,9 +8,9 @@ import math
 import numpy as np
 
 from ..vecmath import lanes
-from .base import Operation
+from .base import Operation, Outputs
 from .fractal import Fractal, evaluate
-from .texture import Outputs, grey, scaled, vector_of
+from .texture import grey, scaled, vector_of
 
 _AXES = {"X": (0,), "Y": (1,), "Z": (2,), "DIAGONAL": (0, 1, 2)}
 _AROUND = {"X": (1, 2), "Y": (0, 2), "Z": (0, 1), "SPHERICAL": (0, 1, 2)}
@@ -35,7 +35,7 @@ def _wave(context, inputs, properties):
             _profile(phase, properties.get("wave_profile", "SIN"), out)
         return out
 
-    outputs = Outputs(fac=fac, color=lambda: grey(outputs["fac"]))
+    outputs = Outputs({"fac": fac, "color": lambda: grey(outputs["fac"])})
     return outputs
 
 

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .base import Operation
+from .base import Operation, Outputs
 from .hashing import hash_to_unit
-from .texture import Outputs
 
 # Words of the colour's second and third hash: coordinates by letter, constants by value.
 _OTHERS = {
@@ -33,7 +32,7 @@ def _white_noise(context, inputs, properties):
         rows = [outputs["value"], *(hashed(names) for names in _OTHERS[dimensions])]
         return np.stack(rows, out=arena.empty((3, rows[0].size)))
 
-    outputs = Outputs(value=lambda: hashed(_WORDS[dimensions]), color=color)
+    outputs = Outputs({"value": lambda: hashed(_WORDS[dimensions]), "color": color})
     return outputs
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 from types import SimpleNamespace
 
 import bpy
@@ -12,6 +11,8 @@ import pytest
 
 import zraka
 from zraka.addon import headless, passes, properties, session, ui
+from zraka.core import compile as compiling
+from zraka.core import render as rendering
 from zraka.core.diagnostics import Diagnostics, SceneError
 from zraka.core.film import Film
 from zraka.core.settings import METHODS, Settings
@@ -55,9 +56,8 @@ def stub_core(monkeypatch):
                 break
         return film
 
-    compile_scene = SimpleNamespace(compile_scene=lambda scene, settings, diagnostics: None)
-    monkeypatch.setitem(sys.modules, "zraka.core.compile", compile_scene)
-    monkeypatch.setitem(sys.modules, "zraka.core.render", SimpleNamespace(render=render))
+    monkeypatch.setattr(compiling, "compile_scene", lambda scene, settings, diagnostics: None)
+    monkeypatch.setattr(rendering, "render", render)
     return calls
 
 
@@ -111,7 +111,7 @@ def test_settings_have_their_names_and_defaults(blender_scene):
     scene = bpy.data.scenes.new("fresh")
     assert set(SETTINGS.split()) <= set(scene.zraka.bl_rna.properties.keys())
     found = properties.settings_of(scene, width=640, height=480)
-    assert found == Settings()
+    assert found == Settings(pixel_filter="blackman_harris")  # as Cycles; the core's box is plain
     items = scene.zraka.bl_rna.properties["method"].enum_items
     assert [item.identifier.lower() for item in items] == list(METHODS)
 
@@ -185,7 +185,7 @@ def test_an_error_is_one_sentence(blender_scene, add_camera, stub_core, monkeypa
         raise error
 
     add_camera(blender_scene)
-    monkeypatch.setattr(sys.modules["zraka.core.render"], "render", fail)
+    monkeypatch.setattr(rendering, "render", fail)
     with headless.quiet(), pytest.raises(RuntimeError, match=sentence):
         bpy.ops.render.render()
 
@@ -285,7 +285,7 @@ def test_an_interrupt_keeps_what_was_rendered(stub_core, monkeypatch):
         on_pass(film_of(settings, 1), 0.1)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["zraka.core.render"], "render", interrupted)
+    monkeypatch.setattr(rendering, "render", interrupted)
     engine = FakeEngine()
     with pytest.raises(KeyboardInterrupt):
         render_faked(engine, Settings(width=8, height=4))

@@ -49,7 +49,8 @@ class Blender:
 
     def script(self, name, *args):
         """Arguments that run a script of ``inside/``, with arguments of its own."""
-        shutil.copy(FOLDER / "inside" / name, self.folder)
+        for file in {name, "driver.py"}:
+            shutil.copy(FOLDER / "inside" / file, self.folder)
         return ["--python-exit-code", 3, "--python", name, *(["--", *args] if args else [])]
 
 

@@ -234,3 +234,38 @@ def test_the_window(blender):
     # Half a second is the aim; here OpenGL is software and takes the same cores.
     assert log["returned"] - log["breaks"][0] < 1
     assert read(folder / "kept.png")[..., :3].mean() > 0.1
+
+
+def test_rendered_shading(blender):
+    """The viewport shows what a render does, follows what changes, and leaves nothing running."""
+    folder = blender.folder / "viewport"
+    folder.mkdir()
+    script = blender.script("viewport.py", folder)
+    done = blender("--window-geometry", 0, 0, 720, 480, "cornell.blend", *script, gui=True, timeout=600)
+    assert done.returncode == 0, done.stdout
+    assert "Traceback" not in done.stdout
+    log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
+
+    def shown(name):
+        x, y, width, height = log["region"]
+        screen = read(folder / f"{name}.png")[..., :3]
+        return screen[screen.shape[0] - y - height : screen.shape[0] - y, x : x + width]
+
+    for name in ("perspective", "orthographic"):
+        # The same noise, but for paths that the last bits of a camera's matrix turn another way.
+        picture, render = shown(f"viewport-{name}"), read(folder / f"f12-{name}.png")[..., :3]
+        assert (np.abs(picture - render).max(axis=2) > 3 / 255).mean() < 0.06, name
+        assert np.abs(picture.mean(axis=(0, 1)) - render.mean(axis=(0, 1))).max() < 1.5 / 255, name
+    by_method = [shown(f"viewport-{method}") for method in ("PHONG", "RAYCAST", "RAYTRACE", "PATHTRACE")]
+    assert np.abs(by_method[0] - by_method[1]).max() > 0.1  # shadows
+    assert np.abs(by_method[1] - by_method[3]).max() > 0.1
+    reddest = [np.max(shown(name)[..., 0] - shown(name)[..., 1]) for name in ("before", "red")]
+    assert reddest[1] > reddest[0] + 0.1
+    assert np.abs(shown("deleted") - shown("red")).max() > 0.3
+    assert np.abs(shown("undone") - shown("red")).mean() < 1 / 255
+    assert (log["exports_of_a_view"], log["exports_of_a_selection"]) == (0, 0)
+    running = ("threads_in_BLENDER_WORKBENCH", "threads_in_CYCLES", "threads_after_load", "threads_after_edits")
+    assert [log[name] for name in running] == [0, 0, 0, 1]
+    # The wall clock tells here of OpenGL by software; the first time, modules are read.
+    busy = [seconds for name in ("update", "draw") for _, seconds in log[name][1:]]
+    assert np.percentile(busy, 99) < 0.05

@@ -214,7 +214,7 @@ def test_attaching_copies_no_triangle_and_outlives_its_geometry():
     geometry = Geometry.from_arrays(triangles=rng.random((20000, 1, 3)) + 0.01 * rng.random((20000, 3, 3)))
     o, d = random_rays(rng, 5000)
     accel = Accel(geometry)
-    assert any(b is geometry.facets for b in accel._buffers)
+    assert any(b is geometry.vertices for b in accel._buffers)
     before = accel.intersect(o, d, None, arena).prim.copy()
     del geometry
     junk = [np.ones((20000, 16), np.float32) for _ in range(20)]

@@ -95,6 +95,7 @@ CHI_SQUARE = [
     for degrees in ANGLES
     if alpha > 0.1 or degrees < 89  # else too narrow for cells, see below
 ] + [("tinted glass", 0.3, 30.0), ("diffuse", 1.0, 30.0), ("translucent", 1.0, 30.0)]
+CHI_SQUARE += [("refraction inside", 0.3, degrees) for degrees in (30.0, 60.0, 80.0)]
 
 
 @pytest.mark.parametrize(("name", "alpha", "degrees"), CHI_SQUARE)

@@ -8,6 +8,7 @@ import pytest
 
 from zraka.core.accel import Accel
 from zraka.core.arena import Arena
+from zraka.core.compile import triangles
 from zraka.core.compile.geometry import compile_geometry
 from zraka.core.diagnostics import Diagnostics, SceneError
 from zraka.core.geometry import NORMAL, OFFSET, Geometry
@@ -278,3 +279,75 @@ def test_many_instances_of_a_mesh_take_no_loop():
     np.testing.assert_array_equal(g.object, np.repeat(np.arange(10000), 12))
     middle = g.corners.reshape(3, 3, 10000, 12).mean(axis=(0, 3)).T + g.origin
     np.testing.assert_allclose(middle, matrices[:, :3, 3], atol=1e-4)
+
+
+# -- blocks and threads ------------------------------------------------------------------------------------------------
+
+
+def _hills(side, turned=False):
+    """A mesh of more than one block of triangles, with normals by vertex or by corner."""
+    y, x = np.mgrid[:side, :side].astype(np.float32)
+    vertices = np.stack([x, y, np.sin(x) * np.cos(0.7 * y)], axis=-1).reshape(-1, 3)
+    first = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).reshape(-1, 1)
+    triangles = np.concatenate([first + np.array(corners) for corners in ((0, 1, side + 1), (0, side + 1, side))])
+    normals = np.float32(np.random.default_rng(5).normal(size=vertices.shape)) + np.float32([0, 0, 3])
+    normals[: len(normals) // 3] = 0
+    if not turned:
+        return Mesh(vertices, triangles, normals=normals)
+    return Mesh(vertices, triangles, normals=normals[triangles.reshape(-1)], normals_domain="corner")
+
+
+def _scene_of_many_blocks(by_corner):
+    mirror = transform(np.diag([-1.0, 1, 2]), (3, 4, 5))
+    small = tuple(Instance(QUAD, transform(np.eye(3), (k, 0, 9))) for k in range(900))
+    return (Instance(_hills(150, by_corner)), Instance(_hills(150), mirror), *small, Instance(_hills(20), mirror))
+
+
+@pytest.mark.parametrize("by_corner", [False, True])
+def test_threads_and_blocks_change_nothing(by_corner, monkeypatch):
+    found = []
+    for threads, block in ((1, 1 << 13), (4, 1 << 11), (3, 777)):
+        monkeypatch.setattr(triangles.os, "cpu_count", lambda n=threads: n)
+        monkeypatch.setattr(triangles, "BLOCK", block)
+        found.append(compiled(*_scene_of_many_blocks(by_corner)))
+    for other in found[1:]:
+        np.testing.assert_array_equal(other.facets.view(np.int32), found[0].facets.view(np.int32))
+        for name in ("vertices", "index", "normals", "object"):
+            np.testing.assert_array_equal(getattr(other, name), getattr(found[0], name))
+
+
+@pytest.mark.parametrize("by_corner", [False, True])
+def test_normals_stand_at_their_corners(by_corner):
+    """Smooth, flat and mirrored meshes side by side, against a lookup triangle by triangle."""
+    things = _scene_of_many_blocks(by_corner)
+    g, row = compiled(*things), 0
+    for thing in (things[0], things[1], things[-1]):
+        mesh = thing.mesh
+        number = things.index(thing)
+        own = np.flatnonzero(g.object == number)
+        normals = mesh.normals.astype(float) @ np.linalg.inv(thing.transform[:3, :3])
+        with np.errstate(invalid="ignore"):
+            normals /= np.linalg.norm(normals, axis=1)[:, None]
+        corners = normals.reshape(-1, 3, 3) if mesh.normals_domain == "corner" else normals[mesh.triangles]
+        if np.linalg.det(thing.transform[:3, :3]) < 0:
+            corners = corners[:, (0, 2, 1)]
+        face = g.facets[own][:, None, NORMAL]
+        expected = np.where(np.isnan(corners), face, corners)
+        smooth = (np.abs(expected - face) > 1e-4).any((1, 2))
+        assert 0 < smooth.sum() < len(smooth)
+        np.testing.assert_array_equal(g.normal_row[own] >= 0, smooth)
+        np.testing.assert_array_equal(g.normal_row[own][smooth], row + np.arange(smooth.sum()))
+        np.testing.assert_allclose(g.normals[g.normal_row[own][smooth]].reshape(-1, 3, 3), expected[smooth], atol=1e-6)
+        row += smooth.sum()
+    assert len(g.normals) == row
+
+
+def test_embree_reads_the_corners_of_the_facets():
+    mirror = transform(np.diag([-1.0, 1, 2]), (3, 4, 5))
+    broken = Mesh(QUAD.vertices, np.int32([[0, 1, 1], [0, 1, 2], [2, 2, 2], [0, 2, 3]]), name="bad")
+    g = compiled(Instance(broken), Instance(_hills(20), mirror), Instance(QUAD, mirror))
+    assert g.triangle_count == len(g.index) == 2 + 722 + 2
+    np.testing.assert_array_equal(g.vertices[g.index][..., :3].reshape(-1, 9), g.corners.T)
+    low, high = g.bounds
+    np.testing.assert_array_equal(low, g.corners.reshape(3, 3, -1).min((0, 2)))
+    np.testing.assert_array_equal(high, g.corners.reshape(3, 3, -1).max((0, 2)))

@@ -53,11 +53,17 @@ def test_lights_that_cannot_shine_are_left_out(lamp, message):
     assert message in diagnostics.messages()[0] and lamp.name in diagnostics.messages()[0]
 
 
-def test_what_is_not_supported_is_said():
-    diagnostics = Diagnostics()
-    scene = Scene(Camera(), lights=(point(casts_shadow=False),))
-    assert compile_lights(scene, Geometry.from_arrays(), [None], diagnostics).sampler.count == 1
-    assert "without shadow" in diagnostics.messages()[0]
+def test_lights_without_shadow_are_at_distance_zero():
+    lamps = (point(), point(casts_shadow=False), SunLight((0, 0, -1), (1, 1, 1), angle=0.1, casts_shadow=False))
+    lights = compile_lights(Scene(Camera(), lights=lamps), Geometry.from_arrays(), [None], Diagnostics())
+    p, u = np.zeros((3, 256), np.float32), np.random.default_rng(1).random((3, 256), np.float32)
+    for chosen in (lamps, lamps[:2], lamps[1:2]):
+        lights = compile_lights(Scene(Camera(), lights=chosen), Geometry.from_arrays(), [None], Diagnostics())
+        distance = lights.sampler.sample(p, *u, Arena()).distance
+        assert set((distance > 0).tolist()) == {light.casts_shadow for light in chosen}
+        far = np.ones(1, np.float32)
+        told = [lights.classic.shadow_distance(k, far, Arena())[0] > 0 for k in range(len(chosen))]
+        assert told == [light.casts_shadow for light in chosen]
 
 
 def test_emissive_lookups():

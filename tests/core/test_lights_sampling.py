@@ -154,7 +154,7 @@ def test_emissive_square():
 
 
 def test_textured_emitter():
-    def ramp(prim, u, v, arena):
+    def ramp(prim, u, v, arena, wo):
         """The sum x + y on the square: u and v are weights of the second and third corner."""
         x = np.where(prim == 0, u + v, u)
         y = np.where(prim == 0, v, u + v)

@@ -1,24 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Drives Blender's window as a user would, and writes down what happened: ``blender --python window.py -- FOLDER``.
 
-Blender's timer calls `steps` whenever it has waited for what it yielded. Clicks and keys are real ones, by xdotool;
-they reach Blender when the timer has returned. FOLDER gets ``log.json`` and pictures of the screen.
+FOLDER gets ``log.json`` and pictures of the screen.
 """
 
 from __future__ import annotations
 
 import importlib
-import json
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import bpy
 
+sys.path.insert(0, str(Path(__file__).parent))
+from driver import FOLDER, Driver, click, move, press, shot
+
 ZRAKA = "bl_ext.user_default.zraka"
-FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
-LIMIT = 60.0  # seconds for one step
 TABS = ("RENDER", "OUTPUT", "VIEW_LAYER", "SCENE", "WORLD", "OBJECT", "DATA", "MATERIAL")
 F12 = "96"  # a key code: in some keymaps the name would come with Alt
 
@@ -180,56 +178,4 @@ def render_and_cancel(context, view):
     bpy.data.images["Render Result"].save_render(str(FOLDER / "kept.png"))
 
 
-# -- hands and eyes ----------------------------------------------------------------------------------------------------
-
-
-def move(window, x, y):
-    """Put the pointer on a point of the window, given in Blender's way: from the bottom left."""
-    subprocess.run(["xdotool", "mousemove", str(round(x)), str(round(window.height - y))], check=True)
-
-
-def click(window, x, y):
-    move(window, x, y)
-    subprocess.run(["xdotool", "click", "1"], check=True)
-
-
-def press(key):
-    subprocess.run(["xdotool", "key", key], check=True)
-
-
-def shot(name):
-    """Keep the screen as a picture; Blender's own operator for that gives a black one without a window manager."""
-    subprocess.run(["import", "-window", "root", "-depth", "8", FOLDER / f"{name}.png"], check=True)
-
-
-class Driver:
-    """Takes one step after another; the window is closed after the last one, whatever happened."""
-
-    def __init__(self):
-        self._steps = steps()
-        self._condition = None
-        self._deadline = 0.0
-
-    def __call__(self):
-        try:
-            if self._condition is not None and not self._condition():
-                if time.perf_counter() > self._deadline:
-                    raise TimeoutError(f"waited {LIMIT:.0f} s in vain; so far {log}")
-                return 0.05
-            wait = next(self._steps)
-        except StopIteration:
-            (FOLDER / "log.json").write_text(json.dumps(log), encoding="utf-8")
-            self._quit()
-            return None
-        except BaseException:
-            self._quit()
-            raise
-        self._condition = wait if callable(wait) else None
-        self._deadline = time.perf_counter() + LIMIT
-        return 0.05 if callable(wait) else wait
-
-    def _quit(self):
-        bpy.ops.wm.quit_blender()
-
-
-bpy.app.timers.register(Driver(), first_interval=1.0)
+Driver(steps(), log).start()

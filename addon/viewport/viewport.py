@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rendered shading of one region: exports what changed, asks a `Worker` for pictures, draws them.
+
+Everything here runs on Blender's main thread. Blender's data is read while it calls us and never kept: after an undo
+none of it exists any more.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import weakref
+
+import bpy
+import gpu
+from gpu_extras.presets import draw_texture_2d
+
+from ...core.diagnostics import Diagnostics, SceneError
+from .. import properties
+from .changes import changes_scene, fingerprint
+from .view import view_of
+from .worker import Job, Worker
+
+log = logging.getLogger(__name__)
+
+LOOK_EVERY = 0.02
+"""Seconds between two looks at whether the worker has something new."""
+
+CHUNK = 1 << 16
+"""Lanes that are traced together: few, so that a change does not wait for a long bounce."""
+
+
+class Viewport:
+    """What an engine keeps for the region that it was made for."""
+
+    def __init__(self, engine):
+        self._engine = weakref.ref(engine)
+        self._worker = Worker()
+        weakref.finalize(engine, self._worker.stop)
+        self._exported = self._fingerprint = None
+        self._wanted = None
+        self._error = ""
+        self._said = set()
+        self._texture = self._drawn = None
+        self._looking = False
+
+    def update(self, context, depsgraph):
+        """Export the scene if it changed."""
+        now = fingerprint(depsgraph, _visible_in(context.space_data))
+        if self._exported is None or now != self._fingerprint or changes_scene(depsgraph):
+            self._fingerprint, self._wanted = now, None
+            try:
+                self._exported, self._error = self._export(context, depsgraph), ""
+            except SceneError as error:
+                self._exported, self._error = None, str(error)
+            except Exception as error:
+                log.exception("Zraka's viewport stopped")
+                self._exported = None
+                self._error = f"Zraka stopped ({type(error).__name__}); the console has the traceback"
+        self._engine().tag_redraw()
+
+    def draw(self, context, depsgraph):
+        """Draw the latest picture, and ask for another one when the view is another one."""
+        engine, scene = self._engine(), depsgraph.scene_eval
+        self._ask(engine, context, depsgraph)
+        picture = self._worker.picture
+        if picture is not self._drawn:
+            self._texture, self._drawn = _texture_of(picture), picture
+        if picture is not None:
+            gpu.state.blend_set("ALPHA_PREMULT")
+            engine.bind_display_space_shader(scene)
+            draw_texture_2d(self._texture, (picture.x, picture.y), picture.width, picture.height)
+            engine.unbind_display_space_shader()
+            gpu.state.blend_set("NONE")
+        engine.update_stats("", self._error or self._worker.text + self._warnings())
+        self._look_out()
+
+    def _export(self, context, depsgraph):
+        """Scene, settings and diagnostics of a `Job`."""
+        from ..export.scene import export_scene
+
+        diagnostics = Diagnostics()
+        scene, space = depsgraph.scene_eval, context.space_data
+        samples = scene.zraka.viewport_samples
+        settings = properties.settings_of(scene, samples=samples, time_limit=0.0, chunk=CHUNK)
+        view = view_of(context, depsgraph)
+        description = export_scene(depsgraph, diagnostics, camera=view.camera(), visible=_visible_in(space))
+        return description, settings, diagnostics
+
+    def _ask(self, engine, context, depsgraph):
+        job = None
+        wanted = None
+        if self._exported is not None:
+            view = view_of(context, depsgraph)
+            wanted = view, engine.get_preview_pixel_size(depsgraph.scene_eval)
+            if not view.is_empty:
+                job = Job(*self._exported, *wanted)
+        if wanted != self._wanted or (wanted is None and self._worker.picture is not None):
+            self._wanted = wanted
+            self._worker.want(job)
+
+    def _warnings(self):
+        """Say each warning once, on the console; a number of them in the viewport."""
+        messages = self._exported[2].messages() if self._exported else []
+        for message in messages:
+            if message not in self._said:
+                self._said.add(message)
+                log.warning("%s", message)
+        return f" | {len(messages)} warnings on the console" if messages else ""
+
+    def _look_out(self):
+        """Let Blender's timer look for pictures as long as there may be some."""
+        if self._worker.busy and not self._looking:
+            self._looking = True
+            bpy.app.timers.register(self._look, first_interval=LOOK_EVERY, persistent=True)
+
+    def _look(self):
+        busy = self._worker.busy  # before the picture: none may come unseen in between
+        engine = self._engine()
+        self._looking = False
+        try:
+            if engine is not None and (self._worker.picture is not self._drawn or not busy):
+                engine.tag_redraw()
+        except ReferenceError:  # Blender deleted the engine
+            engine = None
+        if engine is None:
+            self._worker.stop()
+        elif busy:
+            self._looking = True
+            return LOOK_EVERY
+        return None
+
+
+def _visible_in(space):
+    """A function that tells whether an entry of the dependency graph is shown in a viewport, local view included."""
+
+    def visible(instance):
+        thing = instance.parent if instance.is_instance else instance.object
+        with contextlib.suppress(RuntimeError):  # of objects that are not of the view layer
+            return thing.visible_in_viewport_get(space)
+        return True
+
+    return visible
+
+
+def _texture_of(picture):
+    if picture is None:
+        return None
+    height, width, _ = picture.pixels.shape
+    pixels = gpu.types.Buffer("FLOAT", picture.pixels.size, picture.pixels.reshape(-1))
+    return gpu.types.GPUTexture((width, height), format="RGBA32F", data=pixels)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hands and eyes for scripts that use Blender's window.
+
+Blender's timer calls a generator of steps whenever it has waited for what that yielded. Clicks and keys are real ones,
+by xdotool; they reach Blender when the timer has returned.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
+LIMIT = 120.0  # seconds for one step; other programs may want the processor too
+
+
+def move(window, x, y):
+    """Put the pointer on a point of the window, given in Blender's way: from the bottom left."""
+    subprocess.run(["xdotool", "mousemove", str(round(x)), str(round(window.height - y))], check=True)
+
+
+def click(window, x, y):
+    """Click on a point of the window."""
+    move(window, x, y)
+    subprocess.run(["xdotool", "click", "1"], check=True)
+
+
+def press(key):
+    """Press a key, given by name or code."""
+    subprocess.run(["xdotool", "key", key], check=True)
+
+
+def shot(name):
+    """Keep the screen as a picture; Blender's own operator for that gives a black one without a window manager."""
+    subprocess.run(["import", "-window", "root", "-depth", "8", FOLDER / f"{name}.png"], check=True)
+
+
+class Driver:
+    """Takes one step after another; a step yields seconds to wait, or a function that is true when the wait is over.
+
+    The window is closed after the last step, whatever happened; `log` is then written to ``log.json``.
+    """
+
+    def __init__(self, steps, log):
+        self._steps = steps
+        self._log = log
+        self._condition = None
+        self._deadline = 0.0
+
+    def start(self):
+        """Begin when the window stands."""
+        bpy.app.timers.register(self._take, first_interval=1.0, persistent=True)
+
+    def _take(self):
+        try:
+            if self._condition is not None and not self._condition():
+                if time.perf_counter() > self._deadline:
+                    raise TimeoutError(f"waited {LIMIT:.0f} s in vain; so far {self._log}")
+                return 0.05
+            wait = next(self._steps)
+        except StopIteration:
+            (FOLDER / "log.json").write_text(json.dumps(self._log), encoding="utf-8")
+            bpy.ops.wm.quit_blender()
+            return None
+        except BaseException:
+            bpy.ops.wm.quit_blender()
+            raise
+        self._condition = wait if callable(wait) else None
+        self._deadline = time.perf_counter() + LIMIT
+        return 0.05 if callable(wait) else wait
