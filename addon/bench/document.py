@@ -165,6 +165,12 @@ def _first_ray(result):
     return "## From Blender's mesh to the first ray\n\n" + table(head, rows)
 
 
+def _materials(result):
+    found = result["studies"]["materials"]
+    rows = [[kind, seconds, found["over_diffuse"][kind]] for kind, seconds in found["seconds"].items()]
+    return "## Materials of a tiled floor\n\n" + table(["material", "s", "over diffuse"], rows)
+
+
 def _thesis(result):
     rows = [[r["case"], r["time"], r["rays"], r["thesis"]] for r in result["studies"]["thesis"]]
     head = ["ray tracing over ray casting", "time", "rays", "time, the thesis"]
@@ -194,6 +200,7 @@ _STUDIES = {
     "lights": _growth("lights", "Lights, time to 5%", "seconds_to_5%", ("error", "Zraka's error at 8 samples")),
     "thesis": _thesis,
     "raycast_over_embree": _embree,
+    "materials": _materials,
 }
 
 

@@ -82,7 +82,7 @@ def find(name, folder):
         path = folder / f"{name}.blend"
         with headless.quiet():
             MADE[name]()
-            _parts().save(path)
+            sample_parts().save(path)
         return path
     path = SAMPLES / f"{name}.blend"
     if not path.is_file():
@@ -91,7 +91,8 @@ def find(name, folder):
 
 
 @cache
-def _parts():
+def sample_parts():
+    """Module `sample_blends/parts.py`."""
     path = SAMPLES / "parts.py"
     if not path.is_file():
         raise SceneError(f"no {path}; zraka bench runs in Zraka's repository, the extension has no scenes")
@@ -106,7 +107,7 @@ def _parts():
 
 def terrain(triangles=2 * 10**6):
     """Hills of about so many triangles under a sun and a grey sky."""
-    parts = _parts()
+    parts = sample_parts()
     scene = parts.new_file(640, 360, samples=64, depth=4)
     parts.link("Hills", _hills(parts, triangles))
     parts.light("Sun", "SUN", 3.0, (0, 0, 10), (-6, 3, 5.5), angle=0.03)
@@ -137,7 +138,7 @@ def _hills(parts, triangles):
 
 def lamps(count=1000):
     """So many small round lamps over a floor with boxes, all of them together as bright as one of 1000 W."""
-    parts = _parts()
+    parts = sample_parts()
     scene = parts.new_file(640, 360, samples=64, depth=4)
     floor = parts.diffuse("Floor", (0.7, 0.7, 0.68))
     parts.quad("Floor", ((-12, -12, 0), (12, -12, 0), (12, 12, 0), (-12, 12, 0)), floor)
@@ -157,7 +158,7 @@ def lamps(count=1000):
 
 def sky():
     """Balls and a tiled floor under an environment image with a small bright sun."""
-    parts = _parts()
+    parts = sample_parts()
     scene = parts.new_file(640, 360, samples=64, depth=6)
     y, x = np.mgrid[:64, :64]
     stripes = np.where(((x // 16 + y // 16) % 2)[..., None], (0.75, 0.7, 0.6), (0.25, 0.3, 0.35))

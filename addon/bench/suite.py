@@ -15,7 +15,7 @@ import numpy as np
 
 from ...core.diagnostics import SceneError
 from .. import headless
-from . import convergence, document, scaling, scenes, thesis
+from . import convergence, document, materials, scaling, scenes, thesis
 from .engines import Bench, Interrupted
 from .memory import peak_memory
 
@@ -61,7 +61,7 @@ def run(suite, against, folder, interrupted=lambda: False, say=lambda text: None
             say(f"scene {name}: time to 5%, ratio {document.number(result['scenes'][name]['ratios']['5%'])}")
             _write(result, folder, started)
         result["studies"]["memory"] = _memory(bench, made)
-        for name, study in (thesis.STUDIES | scaling.STUDIES).items():
+        for name, study in (thesis.STUDIES | scaling.STUDIES | {"materials": materials.materials}).items():
             say(f"study {name}")
             result["studies"][name] = study(bench, plan, made)
             _write(result, folder, started)

@@ -57,7 +57,7 @@ def test_a_suite_is_measured_and_written(tiny, tmp_path, capsys):
     assert 0 < scene["zraka"]["embree_share"] < 1
     assert scene["zraka"]["rays"]["camera"] == 30 * 30 * 16
     assert scene["references"]["brightness"] == pytest.approx(1.0, abs=0.15)
-    assert set(result["studies"]) == {"memory", *scaling.STUDIES, *thesis.STUDIES}
+    assert set(result["studies"]) == {"memory", "materials", *scaling.STUDIES, *thesis.STUDIES}
 
     rows = result["studies"]["thesis"]
     assert rows[0]["rays"] == 1.0  # depth 1 is ray casting
