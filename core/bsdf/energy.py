@@ -22,6 +22,8 @@ import os
 
 import numpy as np
 
+from . import lookup
+
 
 @functools.cache
 def tables():
@@ -91,14 +93,14 @@ def _lookup(table, coordinates, arena):
         if x.size > 1:
             kept.insert(0, x)
             continue
-        low, t = _cell(x, table.shape[axis])
+        low, t = lookup.cell(x, table.shape[axis])
         a, b = np.take(table, low, axis=axis), np.take(table, low + 1, axis=axis)
         table = np.squeeze(a + (b - a) * t, axis=axis) if table.ndim > 1 else a + (b - a) * t
     if not kept:
         return table.reshape(-1)
     if len(kept) == 1:
-        return _along_row(table, kept[0], arena)
-    cells = [_cell(x, size) for x, size in zip(kept, table.shape, strict=True)]
+        return lookup.linear(table, kept[0], arena)
+    cells = [lookup.cell(x, size) for x, size in zip(kept, table.shape, strict=True)]
     strides = [int(np.prod(table.shape[axis + 1 :])) for axis in range(table.ndim)]
     flat, out = np.ascontiguousarray(table).reshape(-1), None
     for corner in itertools.product((0, 1), repeat=len(cells)):
@@ -109,28 +111,3 @@ def _lookup(table, coordinates, arena):
         term = flat[index] * weight
         out = term if out is None else out + term
     return out
-
-
-def _along_row(row, x, arena):
-    """Linear interpolation of `row` (K,) at `x` (N,) in [0, 1]."""
-    out, last = arena.empty(x.shape), row.size - 1
-    with arena.frame():
-        t, floor, low = arena.empty(x.shape), arena.empty(x.shape), arena.empty(x.shape, np.intp)
-        np.multiply(x, float(last), out=t)
-        np.clip(t, 0.0, float(last), out=t)
-        np.floor(t, out=floor)
-        np.minimum(floor, last - 1.0, out=floor)
-        np.subtract(t, floor, out=t)
-        np.copyto(low, floor, casting="unsafe")
-        np.take(row[1:] - row[:-1], low, out=out, mode="clip")
-        np.multiply(out, t, out=out)
-        np.take(row, low, out=t, mode="clip")
-        np.add(out, t, out=out)
-    return out
-
-
-def _cell(x, size):
-    """Lower index and fraction of coordinates in a table of `size` entries."""
-    scaled = np.clip(x, 0.0, 1.0) * np.float32(size - 1)
-    low = np.minimum(scaled.astype(np.int32), size - 2)
-    return low, scaled - low.astype(np.float32)

@@ -172,6 +172,13 @@ def test_passes_grow_and_add_up():
     assert max(count for _, count in passes(1000, large)) == 64
 
 
+def test_a_pass_may_be_longer_than_a_chunk_numbers_samples(monkeypatch):
+    """Samples of a chunk are numbered by bytes, so it takes no more than 256."""
+    monkeypatch.setattr("zraka.core.render._LONGEST_PASS", 1024)
+    many, few = (film_of(cornell(), 1000, 4, chunk=chunk).image() for chunk in (1 << 18, 100))
+    np.testing.assert_array_equal(many, few)
+
+
 def test_small_pictures_begin_with_more_samples():
     assert [next(passes(1000, side * side))[1] for side in (10, 200, 400, 800)] == [16, 4, 1, 1]
 
