@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from zraka.addon import cli, headless
+from zraka.addon.commands import files
 from zraka.core.diagnostics import SceneError
 
 
@@ -86,7 +87,7 @@ def test_not_a_blend(capsys, tmp_path, content):
 def test_blends_are_known_by_their_first_bytes(tmp_path, content):
     path = tmp_path / "true.blend"
     path.write_bytes(content)
-    cli._check_blend(path)
+    files.check_blend(path)
 
 
 def test_bad_outputs(capsys, tmp_path):
@@ -103,7 +104,7 @@ def test_bad_outputs(capsys, tmp_path):
 def test_a_folder_without_permission(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(SceneError, match="read-only"):
-        cli._check_output(tmp_path / "a.png")
+        files.check_output(tmp_path / "a.png")
 
 
 # -- refused by Blender ------------------------------------------------------------------------------------------------
@@ -185,14 +186,15 @@ def test_one_sample_claims_no_error(run_python, blend):
 INTERRUPTED = """
 import os, signal, sys, threading
 from zraka.addon import cli
+from zraka.addon.commands import render
 
-progress_bar = cli._progress_bar
+progress_bar = render._progress_bar
 
 def begin(settings):
     threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
     return progress_bar(settings)
 
-cli._progress_bar = begin
+render._progress_bar = begin
 sys.exit(cli.main(sys.argv[1:]))
 """
 
