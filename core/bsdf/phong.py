@@ -26,24 +26,25 @@ from ..vecmath import dot
 from .base import Lobe
 
 MAX_EXPONENT = 4096.0
+_SMOOTH = np.zeros(1, np.float32)
 
 
 class PhongParameters(NamedTuple):
-    """Of each lane: diffuse, specular, k_s, k_t (3, N); exponent, eta (N,), the relative index on the viewer's side.
+    """Of each lane: diffuse, specular (3, N); exponent (N,); k_s, k_t (3, N); eta (N,), relative, on the viewer's side.
 
-    normal (3, N), None where no lobe has one of its own.
+    k_s, k_t and eta are None where no ray goes on; normal (3, N) is None where no lobe has one of its own.
     """
 
     diffuse: np.ndarray
     specular: np.ndarray
     exponent: np.ndarray
-    k_s: np.ndarray
-    k_t: np.ndarray
-    eta: np.ndarray
+    k_s: np.ndarray | None
+    k_t: np.ndarray | None
+    eta: np.ndarray | None
     normal: np.ndarray | None = None
 
 
-def phong_parameters(lobes, ns, wo, straight, arena):
+def phong_parameters(lobes, ns, wo, straight, arena, goes_on=True):
     """Reduce the lobes of a material to `PhongParameters`.
 
     Parameters
@@ -53,32 +54,47 @@ def phong_parameters(lobes, ns, wo, straight, arena):
     straight : (3, N), (3, 1), (1,) or None
         What passes unbent.
     arena : Arena
+    goes_on : bool
+        Whether mirror and refracted rays are asked for.
     """
     n = wo.shape[1]
-    diffuse, specular, k_s, k_t = (arena.zeros((3, n)) for _ in range(4))
-    exponent, strength, eta = arena.zeros(n), arena.zeros(n), arena.full(n, 1.0)
-    for lobe, weight, params, normal in lobes:
-        with arena.frame():
-            normal = ns if normal is None else normal
-            color = np.multiply(weight, lobe.albedo(params, normal, wo, arena), out=arena.empty((3, n)))
-            if Lobe.DIFFUSE in lobe.flags:
-                diffuse += color
-                continue
-            alpha = params.get("alpha", np.zeros(1, np.float32))
-            if Lobe.TRANSMISSION in lobe.flags:
-                eta[:] = params.get("eta", 1.0)
-                reflected, transmitted = _divided(lobe, params, normal, wo, arena)
-                k_t += weight * transmitted
-                color = np.multiply(weight, reflected, out=color)
-            specular += color
-            k_s += color * np.square(1 - alpha)
-            share = color.sum(axis=0)
-            exponent += share * np.minimum(2 / np.maximum(np.square(alpha), 1e-8) - 2, MAX_EXPONENT)
-            strength += share
-    np.divide(exponent, strength, out=exponent, where=strength > 0)
-    if straight is not None:
-        k_t += straight
+    diffuse, specular, exponent = arena.zeros((3, n)), arena.zeros((3, n)), arena.zeros(n)
+    k_s = k_t = eta = None
+    if goes_on:
+        k_s, k_t, eta = arena.zeros((3, n)), arena.zeros((3, n)), arena.full(n, 1.0)
+    with arena.frame():
+        strength, color = arena.zeros(n), arena.empty((3, n))
+        for lobe, weight, params, normal in lobes:
+            with arena.frame():
+                normal = ns if normal is None else normal
+                if Lobe.TRANSMISSION in lobe.flags and Lobe.DIFFUSE not in lobe.flags:
+                    reflected, transmitted = _divided(lobe, params, normal, wo, arena)
+                    if goes_on:
+                        eta[:] = params.get("eta", 1.0)
+                        np.add(k_t, weight * transmitted, out=k_t)
+                else:
+                    reflected = lobe.albedo(params, normal, wo, arena)
+                np.multiply(weight, reflected, out=color)
+                if Lobe.DIFFUSE in lobe.flags:
+                    np.add(diffuse, color, out=diffuse)
+                    continue
+                np.add(specular, color, out=specular)
+                alpha = params.get("alpha", _SMOOTH)
+                if goes_on:
+                    np.add(k_s, color * np.square(1 - alpha), out=k_s)
+                share = color.sum(axis=0, out=arena.empty(n))
+                np.add(strength, share, out=strength)
+                np.multiply(share, _exponent(alpha), out=share)
+                np.add(exponent, share, out=exponent)
+        np.divide(exponent, strength, out=exponent, where=strength > 0)
+    if straight is not None and goes_on:
+        np.add(k_t, straight, out=k_t)
     return PhongParameters(diffuse, specular, exponent, k_s, k_t, eta, _normal(lobes, ns, wo, arena))
+
+
+def _exponent(alpha):
+    """Phong's exponent of GGX's `alpha`, (N,) or (1,)."""
+    return np.minimum(2 / np.maximum(np.square(alpha), 1e-8) - 2, MAX_EXPONENT)
 
 
 def _normal(lobes, ns, wo, arena):

@@ -21,7 +21,8 @@ from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..vecmath import dot, reflect
 from .wavefront import Wavefront, any_channel, gather, slices, surface_context
 
-_INV_PI, _INV_TWO_PI = 1 / np.pi, 0.5 / np.pi
+_INV_PI = 1 / np.pi
+_LEAST_LOG = -80.0  # of a highlight's strength
 _PRUNE = 1 / 1024  # rays that carry less than this are not traced
 
 
@@ -106,14 +107,13 @@ class LocalModel(Wavefront):
             if rays.lane is None:
                 rays = rays._replace(lane=order.astype(np.int32))
         surface = self.scene.interact(hits, rays.o, rays.d, arena)
-        phong = self._parameters(surface, groups, rays.told(level, hits.t), arena)
+        goes_on = level < self.levels - 1
+        phong = self._parameters(surface, groups, rays.told(level, hits.t), goes_on, arena)
         if phong.normal is not None:
             surface = surface._replace(ns=phong.normal)
         light = self._illuminated(surface, phong, level, worker)
         self._add(radiance, rays, light)
-        if level == self.levels - 1:
-            return None
-        return self._further(rays, surface, phong, level, worker)
+        return self._further(rays, surface, phong, level, worker) if goes_on else None
 
     def _add_environment(self, rays, hits, level, radiance, arena):
         missed = np.flatnonzero(hits.prim < 0)
@@ -150,38 +150,44 @@ class LocalModel(Wavefront):
 
     # -- shading -------------------------------------------------------------------------------------------------------
 
-    def _parameters(self, surface, groups, ray, arena):
-        parts = [self._group_parameters(n, slices(surface, a, b), ray.at(slice(a, b)), arena) for n, a, b in groups]
+    def _parameters(self, surface, groups, ray, goes_on, arena):
+        """Phong parameters of every group of lanes, side by side."""
+        parts = [
+            self._group_parameters(n, slices(surface, a, b), ray.at(slice(a, b)), goes_on, arena) for n, a, b in groups
+        ]
         if len(parts) == 1:
             return self._overridden(parts[0], surface)
         *columns, normals = zip(*parts, strict=True)
         normal = None
         if any(n is not None for n in normals):
             whole = [surface.ns[:, a:b] if n is None else n for n, (_, a, b) in zip(normals, groups, strict=True)]
-            normal = np.concatenate(whole, axis=-1)
-        return self._overridden(PhongParameters(*(np.concatenate(c, axis=-1) for c in columns), normal), surface)
+            normal = _stacked(whole, arena)
+        columns = (None if column[0] is None else _stacked(column, arena) for column in columns)
+        return self._overridden(PhongParameters(*columns, normal), surface)
 
-    def _group_parameters(self, number, surface, ray, arena):
+    def _group_parameters(self, number, surface, ray, goes_on, arena):
         scene = self.scene
         material = arena.take(scene.geometry.material, surface.prim)
         constants = scene.materials.constants(number, "scatter", material, arena)
         context = surface_context(surface, scene.geometry, arena, ray)
         lobes = scene.materials.programs[number].lobes_over(context, constants)
         transparency = None
-        if scene.materials.programs[number].transparency is not None:
+        if goes_on and scene.materials.programs[number].transparency is not None:
             constants = scene.materials.constants(number, "transparency", material, arena)
             transparency = scene.materials.programs[number].transparency.run(context, constants)["T"]
-        return phong_parameters(lobes, surface.ns, surface.wo, transparency, arena)
+        return phong_parameters(lobes, surface.ns, surface.wo, transparency, arena, goes_on)
 
     def _overridden(self, phong, surface):
         """The scene-wide overrides of the settings."""
         s = self.settings
+        if s.exponent is not None:
+            phong.exponent.fill(s.exponent)
+        if phong.eta is None:
+            return phong
         if s.reflectivity is not None:
             phong.k_s.fill(s.reflectivity)
         if s.transparency is not None:
             phong.k_t.fill(s.transparency)
-        if s.exponent is not None:
-            phong.exponent.fill(s.exponent)
         if s.ior is not None:
             phong.eta[:] = np.where(surface.front, s.ior, 1 / s.ior)
         return phong
@@ -189,50 +195,51 @@ class LocalModel(Wavefront):
     def _illuminated(self, surface, phong, level, worker):
         """Ambient light and the local terms of every light, (3, N)."""
         arena = worker.scratch
-        n = surface.prim.size
-        ambient = (
-            self.scene.lights.classic.ambient_radiance
-            if self.settings.ambient is None
-            else np.float32(self.settings.ambient)
-        )
-        light = phong.diffuse * np.broadcast_to(ambient, 3).astype(np.float32).reshape(3, 1)
+        ambient = self.settings.ambient
+        if ambient is None:
+            ambient = self.scene.lights.classic.ambient_radiance.reshape(3, 1)
+        light = np.multiply(phong.diffuse, ambient, out=arena.empty(phong.diffuse.shape))
         mirror = reflect(surface.wo, surface.ns, arena)
         ray = SHADOW_RAY._replace(depth=level + 1, length=0.0) if Feature.LIGHT_PATH in self.features else SHADOW_RAY
         lights = self.scene.lights.classic
         for k in range(lights.count):
             with arena.frame():
                 wi, distance, irradiance = lights.illuminate(k, surface.p, arena)
-                value = self._reflected(surface, phong, mirror, wi, irradiance, n, arena)
-                lit = any_channel(value, arena)
-                if lit.size == 0:
-                    continue
-                value = arena.take(value, lit)
+                value = self._reflected(surface, phong, mirror, wi, irradiance, arena)
                 if self.shadows:
-                    distance = lights.shadow_distance(k, arena.take(distance, lit), arena)
-                    value *= self._seen(surface, lit, arena.take(wi, lit), distance, ray, worker)
-                light[:, lit] += value
+                    np.multiply(value, self._seen(k, surface, value, wi, distance, ray, worker), out=value)
+                np.add(light, value, out=light)
         return light
 
-    def _reflected(self, surface, phong, mirror, wi, irradiance, n, arena):
+    def _reflected(self, surface, phong, mirror, wi, irradiance, arena):
         """What the surface sends of a light to the viewer when nothing stands between, (3, N)."""
-        value = arena.empty((3, n))
+        value = arena.empty(wi.shape)
         with arena.frame():
             cosine = dot(surface.ns, wi, arena)
-            # A light behind the true surface is in its shadow, whatever the smooth normal says.
-            np.copyto(cosine, 0, where=dot(surface.ng, wi, arena) <= 0)
             np.maximum(cosine, 0, out=cosine)
-            along = np.maximum(dot(mirror, wi, arena), 1e-6)
-            lobe = np.power(along, phong.exponent) * (phong.exponent + 2) * np.float32(_INV_TWO_PI)
-            np.multiply(phong.specular, lobe, out=value)
-            value += phong.diffuse * np.float32(_INV_PI)
-            value *= cosine
-            value *= irradiance
-        return value
+            if surface.ns is not surface.ng:
+                # A light behind the true surface is in its shadow, whatever the smooth normal says.
+                behind = dot(surface.ng, wi, arena)
+                np.copyto(cosine, 0, where=np.less_equal(behind, 0, out=arena.empty(behind.shape, bool)))
+            np.multiply(cosine, _INV_PI, out=cosine)
+            np.multiply(phong.specular, _lobe(phong.exponent, dot(mirror, wi, arena), arena), out=value)
+            np.add(value, phong.diffuse, out=value)
+            np.multiply(value, cosine, out=value)
+        return np.multiply(value, irradiance, out=value)
 
-    def _seen(self, surface, lanes, wi, distance, ray, worker):
+    def _seen(self, k, surface, value, wi, distance, ray, worker):
+        """Share of light `k` that reaches the surface, (N,) or (3, N); only where `value` (3, N) depends on it."""
         arena = worker.scratch
-        p, offset, ng = (arena.take(a, lanes) for a in (surface.p, surface.offset, surface.ng))
-        return self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker, ray)
+        lanes = any_channel(value, arena)
+        if lanes.size == 0:
+            return np.float32(0)
+        o, ng, wi = (arena.take(a, lanes) for a in (surface.p, surface.ng, wi))
+        offset, distance = arena.take(surface.offset, lanes), arena.take(distance, lanes)
+        distance = self.scene.lights.classic.shadow_distance(k, distance, arena)
+        seen = self.visibility(*spawn_to(o, offset, ng, wi, distance, arena), worker, ray)
+        out = arena.zeros((*seen.shape[:-1], surface.prim.size))
+        out[..., lanes] = seen
+        return out
 
     # -- rays beyond ---------------------------------------------------------------------------------------------------
 
@@ -241,25 +248,40 @@ class LocalModel(Wavefront):
         arena = worker.scratch
         out = worker.states[(level + 1) & 1]
         out.reset()
-        before = np.float32(1) if rays.weight is None else rays.weight
         lane = np.arange(surface.prim.size, dtype=np.int32) if rays.lane is None else rays.lane
         bent, total = _refracted(surface, phong.eta, arena)
         # Where light cannot leave, the mirror ray carries the refracted one's share too.
-        shares = ((reflect(surface.wo, surface.ns, arena), phong.k_s + phong.k_t * total), (bent, phong.k_t * ~total))
+        mirrored, passed = arena.empty(bent.shape), arena.empty(bent.shape)
+        np.multiply(phong.k_t, total, out=mirrored)
+        np.subtract(phong.k_t, mirrored, out=passed)
+        np.add(mirrored, phong.k_s, out=mirrored)
         parts = []
-        for refracted, (wi, share) in enumerate(shares):
-            weight = share * before
-            kept = np.flatnonzero(weight.max(axis=0) > _PRUNE)
+        for refracted, (wi, weight) in enumerate(((reflect(surface.wo, surface.ns, arena), mirrored), (bent, passed))):
+            if rays.weight is not None:
+                np.multiply(weight, rays.weight, out=weight)
+            with arena.frame():
+                kept = np.flatnonzero(np.max(weight, axis=0, out=arena.empty(total.shape)) > _PRUNE)
             if kept.size:
-                d = arena.take(wi, kept)
-                p, offset, ng = (arena.take(a, kept) for a in (surface.p, surface.offset, surface.ng))
-                parts.append((spawn(p, offset, ng, d, arena), d, weight[:, kept], lane[kept]))
+                d, p, offset, ng = (arena.take(a, kept) for a in (wi, surface.p, surface.offset, surface.ng))
+                parts.append((spawn(p, offset, ng, d, arena), d, arena.take(weight, kept), arena.take(lane, kept)))
                 if Feature.LIGHT_PATH in self.features:
                     parts[-1] += (_trail(rays, kept, refracted, arena),)
         if not parts:
             return None
         o, d, *rest = (_stacked(column, out) for column in zip(*parts, strict=True))
         return Rays(o, d, None, *rest)
+
+
+def _lobe(exponent, along, arena):
+    """Phong's lobe times π, (m + 2)/2 · cosᵐα, (N,); `along` (N,) is cosα and is overwritten."""
+    out = arena.empty(along.shape)
+    # exp(m log) is five times as fast as power; its result stays above the subnormal numbers, which are slow.
+    np.log(np.maximum(along, 1e-30, out=along), out=along)
+    np.multiply(along, exponent, out=along)
+    np.exp(np.maximum(along, _LEAST_LOG, out=along), out=along)
+    np.multiply(exponent, 0.5, out=out)
+    np.add(out, 1, out=out)
+    return np.multiply(out, along, out=out)
 
 
 def _trail(rays, lanes, refracted, arena):
@@ -271,12 +293,24 @@ def _trail(rays, lanes, refracted, arena):
 
 
 def _refracted(surface, eta, arena):
-    """Snell's direction (3, N), and where there is none (total reflection), (N,) bool."""
-    cosine = dot(surface.wo, surface.ns, arena)
-    ratio = 1 / eta
-    root = 1 - ratio * ratio * (1 - cosine * cosine)
-    total = root < 0
-    wi = surface.ns * (ratio * cosine - np.sqrt(np.maximum(root, 0))) - surface.wo * ratio
+    """Snell's direction (3, N), and whether there is none (total reflection), (N,) float32 1 or 0."""
+    wi, total = arena.empty(surface.wo.shape), arena.empty(eta.shape)
+    with arena.frame():
+        ratio, root, t = arena.empty(eta.shape), arena.empty(eta.shape), arena.empty(wi.shape)
+        cosine = dot(surface.wo, surface.ns, arena)
+        np.divide(1, eta, out=ratio)
+        # 1 - (1 - cos²) / eta²
+        np.multiply(cosine, cosine, out=root)
+        np.subtract(root, 1, out=root)
+        np.multiply(root, ratio, out=root)
+        np.multiply(root, ratio, out=root)
+        np.add(root, 1, out=root)
+        np.less(root, 0, out=total, casting="unsafe")
+        np.sqrt(np.maximum(root, 0, out=root), out=root)
+        np.multiply(cosine, ratio, out=cosine)
+        np.subtract(cosine, root, out=cosine)
+        np.multiply(surface.ns, cosine, out=wi)
+        np.subtract(wi, np.multiply(surface.wo, ratio, out=t), out=wi)
     return wi, total
 
 
