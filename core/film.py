@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where samples are summed: the mean picture and how large its error is.
 
-Sums are float64: a million samples of one value keep their mean.
+Sums are float64: a million samples of one value keep their mean. They stand in the order in which pixels are traced, so
+that a task adds to one piece of memory.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from threading import Lock
 
 import numpy as np
 
+from .arena import uninitialised
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
@@ -24,26 +26,29 @@ class Film:
         Of the region.
     alpha : bool
         Whether samples carry a fourth channel; else alpha is 1.
+    places : (H·W,) int, optional
+        Which pixel of the region, ``y * width + x``, is traced when; None is in this order.
     """
 
-    def __init__(self, width, height, alpha=False):
+    def __init__(self, width, height, alpha=False, places=None):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
-        self._sums = np.zeros((4 if alpha else 3, height * width))
+        self._places = np.arange(height * width) if places is None else places
+        self._sums = _zeros((4 if alpha else 3, height * width))
         # The luminance of one half of the samples, which tells the error of the mean of both.
-        self._half = np.zeros(height * width)
-        self._counts = np.zeros((2, height * width), np.int32)
+        self._half = _zeros((height * width,))
+        self._counts = _zeros((2, height * width), np.int32)
         self.nonfinite = 0
         self.stats = {}
 
-    def add(self, pixels, radiance, samples):
+    def add(self, where, radiance, samples):
         """Add samples of pixels, in the order of their numbers.
 
         Parameters
         ----------
-        pixels : (P,) int
-            Numbers in the region, unique.
+        where : slice or (P,) int
+            Which pixels, by their numbers in the order of `places`; unique.
         radiance : (C, len(samples) · P) float32
             One block of P lanes for each sample.
         samples : sequence of int
@@ -54,27 +59,28 @@ class Film:
         int
             Non-finite lanes, which were set to zero.
         """
-        bad = np.flatnonzero(~np.isfinite(radiance).all(axis=0))
-        if bad.size:
-            radiance[:, bad] = 0
+        finite = np.isfinite(radiance)
+        bad = np.zeros(0, np.intp) if finite.all() else np.flatnonzero(~finite.all(axis=0))
+        radiance[:, bad] = 0
         in_half = [sample.bit_count() & 1 == 0 for sample in samples]
+        light = luminance(radiance)
         with self._lock:
             for channel, rows in zip(self._sums, radiance, strict=True):
-                _accumulate(channel, pixels, rows, [True] * len(in_half))
-            _accumulate(self._half, pixels, luminance(radiance), in_half)
-            self._counts[0][pixels] += sum(in_half)
-            self._counts[1][pixels] += len(in_half) - sum(in_half)
+                _accumulate(channel, where, rows, [True] * len(in_half))
+            _accumulate(self._half, where, light, in_half)
+            self._counts[0][where] += sum(in_half)
+            self._counts[1][where] += len(in_half) - sum(in_half)
         return bad.size
 
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
         with self._lock:
-            return self._sums / np.maximum(self._counts.sum(axis=0), 1)
+            return self._placed(self._sums / np.maximum(self._counts.sum(axis=0), 1))
 
     def counts(self):
         """Samples of each pixel, (H·W,) int32."""
         with self._lock:
-            return self._counts.sum(axis=0)
+            return self._placed(self._counts.sum(axis=0, dtype=np.int32))
 
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
@@ -82,7 +88,7 @@ class Film:
         with self._lock:
             for part in self._parts():
                 count = np.maximum(self._counts[:, part].sum(axis=0), 1)
-                out[part, : len(self._sums)] = (self._sums[:, part] / count).T
+                out[self._places[part], : len(self._sums)] = (self._sums[:, part] / count).T
         return out.reshape(self.height, self.width, 4)
 
     def pixel_error(self):
@@ -91,7 +97,7 @@ class Film:
         with self._lock:
             for part in self._parts():
                 error[part] = self._halves(part)[0]
-        return error.reshape(self.height, self.width)
+        return self._placed(error).reshape(self.height, self.width)
 
     def error(self):
         """Estimated relative RMSE: root mean square of the pixels' errors over the picture's mean luminance.
@@ -109,6 +115,12 @@ class Film:
         rmse, level = (square / count) ** 0.5, level / count
         return rmse / level if level > 0 else (0.0 if rmse == 0 else float("inf"))
 
+    def _placed(self, values):
+        """Values (..., H·W) of the pixels in the order of the region."""
+        out = np.zeros_like(values)
+        out[..., self._places] = values
+        return out
+
     def _parts(self):
         """Slices of the pixels, so that what is computed from them stays small."""
         total = self.height * self.width
@@ -123,10 +135,18 @@ class Film:
         return error, whole / np.maximum(counts.sum(axis=0), 1)
 
 
-def _accumulate(total, pixels, rows, chosen):
+def _accumulate(total, where, rows, chosen):
     """Add the `chosen` blocks of `rows` to `total`, one after the other, so that the chunk's size changes no bit."""
-    own = total[pixels]
+    own = total[where]
     for k, is_chosen in enumerate(chosen):
         if is_chosen:
-            own += rows[k * pixels.size : (k + 1) * pixels.size]
-    total[pixels] = own
+            own += rows[k * own.size : (k + 1) * own.size]
+    if not isinstance(where, slice):  # of a slice, `own` is a view
+        total[where] = own
+
+
+def _zeros(shape, dtype=np.float64):
+    """Written at once, for which numpy asks huge pages; `numpy.zeros` would get small ones as it is filled."""
+    out = uninitialised(shape, dtype)
+    out.fill(0)
+    return out

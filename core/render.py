@@ -11,12 +11,14 @@ from __future__ import annotations
 import os
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from itertools import pairwise
 from queue import SimpleQueue
 from threading import Event
 
 import numpy as np
 
 from . import adaptive
+from .arena import uninitialised
 from .film import Film
 from .methods import METHODS
 from .methods.wavefront import Chunk, Worker
@@ -55,8 +57,9 @@ class _Render:
         self._settings = settings
         self._method = METHODS[settings.method](compiled, settings)
         x0, y0, x1, y1 = settings.region
-        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film)
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
+        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places)
+        self._chunk = settings.chunk or self._method.chunk
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
@@ -109,9 +112,10 @@ class _Render:
         return None
 
     def _tasks(self, first, count):
-        """[(pixels, places in the film, first sample, count)] of a pass."""
+        """[(pixels, by their numbers in the order of tracing, first sample, count)] of a pass."""
         if not (self._adaptive and first >= adaptive.LEAST_SAMPLES):
-            return self._parts(self._pixels, self._places, first, count)
+            parts = self._parts(self._pixels.size, count)
+            return [(slice(start, stop), first, count) for start, stop in parts]
         film = self._film
         counts = film.counts()
         goal = adaptive.targets(counts, adaptive.importance(film), first + count)
@@ -120,16 +124,14 @@ class _Render:
         for start, stop in sorted(set(zip(have.tolist(), want.tolist(), strict=True))):
             if stop > start:
                 group = np.flatnonzero((have == start) & (want == stop))
-                tasks += self._parts(self._pixels[group], self._places[group], start, stop - start)
+                tasks += [(group[a:b], start, stop - start) for a, b in self._parts(group.size, stop - start)]
         return tasks
 
-    def _parts(self, pixels, places, first, count):
-        """Tasks of equal size, about a chunk each."""
-        workers, lanes = len(self._workers), pixels.size * count
-        number = max(-(-lanes // self._settings.chunk), min(2 * workers, lanes // _FEWEST_LANES), 1)
-        number = -(-number // workers) * workers
-        parts = zip(np.array_split(pixels, number), np.array_split(places, number), strict=True)
-        return [(*part, first, count) for part in parts if part[0].size]
+    def _parts(self, pixels, count):
+        """Ranges of `pixels` whose `count` samples make tasks of equal size, about a chunk each."""
+        workers, lanes = len(self._workers), pixels * count
+        number = max(-(-lanes // self._chunk), min(2 * workers, lanes // _FEWEST_LANES), 1)
+        return _ranges(pixels, -(-number // workers) * workers)
 
     def _show(self, on_pass, samples):
         self._write_stats()
@@ -139,19 +141,20 @@ class _Render:
         on_pass(self._film, min(done, 1.0))
         self._shown = time.perf_counter()
 
-    def _trace(self, pixels, places, first, count):
-        """Trace samples of pixels, chunk by chunk, into the film."""
-        settings = self._settings
-        at_once = max(1, min(settings.chunk // pixels.size, _MOST_SAMPLES))
+    def _trace(self, where, first, count):
+        """Trace samples of the pixels `where`, chunk by chunk, into the film."""
+        pixels = self._pixels[where]
+        at_once = max(1, min(self._chunk // pixels.size, _MOST_SAMPLES))
         worker = self._idle.get()
         try:
             for start in range(first, first + count, at_once):
                 samples = tuple(range(start, min(start + at_once, first + count)))
-                for part in np.array_split(np.arange(pixels.size, dtype=np.int32), -(-pixels.size // settings.chunk)):
-                    radiance = self._method.radiance(Chunk(pixels[part], samples), worker)
+                for a, b in _ranges(pixels.size, -(-pixels.size // self._chunk)):
+                    radiance = self._method.radiance(Chunk(pixels[a:b], samples), worker)
                     if radiance is None:
                         return
-                    worker.nonfinite += self._film.add(places[part], radiance, samples)
+                    part = slice(where.start + a, where.start + b) if isinstance(where, slice) else where[a:b]
+                    worker.nonfinite += self._film.add(part, radiance, samples)
         finally:
             self._idle.put(worker)
 
@@ -197,17 +200,28 @@ def passes(samples, pixels):
         count = min(3 * first, _LONGEST_PASS)
 
 
+def _ranges(count, number):
+    """`count` things in at most `number` ranges of nearly equal size: [(start, stop)]."""
+    edges = [count * k // number for k in range(number + 1)]
+    return [(a, b) for a, b in pairwise(edges) if b > a]
+
+
 def _in_tiles(region, width, side):
     """Pixel numbers in the frame and places in the film, square after square, from the region's middle outwards.
 
     Rays of neighbours meet the same things.
     """
     x0, y0, x1, y1 = region
-    tiles, columns = [], np.int32(x1 - x0)
-    for y in np.array_split(np.arange(y0, y1, dtype=np.int32)[:, None], -(-(y1 - y0) // side)):
-        for x in np.array_split(np.arange(x0, x1, dtype=np.int32), -(-(x1 - x0) // side)):
-            far = abs(x.mean() - (x0 + x1) / 2) + abs(y.mean() - (y0 + y1) / 2)
-            tiles.append((far, (y * np.int32(width) + x).ravel(), ((y - y0) * columns + (x - x0)).ravel()))
-    tiles.sort(key=lambda tile: tile[0])
-    _, pixels, places = zip(*tiles, strict=True)
-    return np.concatenate(pixels), np.concatenate(places)
+    columns, rows = (_ranges(n, -(-n // side)) for n in (x1 - x0, y1 - y0))
+    far = [np.abs(np.sum(ranges, axis=1) - n) for ranges, n in ((columns, x1 - x0), (rows, y1 - y0))]
+    across = np.arange(x1 - x0, dtype=np.int32)
+    down = (np.arange(y1 - y0, dtype=np.int32) * np.int32(x1 - x0))[:, None]
+    places, end = uninitialised((x1 - x0) * (y1 - y0), np.int32), 0
+    for tile in np.argsort((far[1][:, None] + far[0]).ravel(), kind="stable").tolist():
+        (top, bottom), (left, right) = rows[tile // len(columns)], columns[tile % len(columns)]
+        start, end = end, end + (bottom - top) * (right - left)
+        np.add(down[top:bottom], across[left:right], out=places[start:end].reshape(bottom - top, right - left))
+    if (x0, x1) == (0, width):
+        return places + np.int32(y0 * width), places
+    y, x = np.divmod(places, np.int32(x1 - x0))
+    return (y + np.int32(y0)) * np.int32(width) + x + np.int32(x0), places

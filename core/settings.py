@@ -60,7 +60,7 @@ class Settings:
     seed, threads : int
         `threads` 0 is one for each processor.
     tile, chunk : int
-        Side of the squares in which pixels are ordered; lanes that are traced together.
+        Side of the squares in which pixels are ordered; lanes that are traced together, 0 as many as suit the method.
     time_limit : float
         Seconds after which rendering stops, once every pixel has a sample; 0 is no limit.
     noise_target : float
@@ -91,7 +91,7 @@ class Settings:
     seed: int = 0
     threads: int = 0
     tile: int = 32
-    chunk: int = 163840
+    chunk: int = 0
     time_limit: float = 0.0
     noise_target: float = 0.0
     adaptive: bool = False
@@ -110,7 +110,7 @@ class Settings:
     def __post_init__(self):
         if self.method not in METHODS:
             raise ValueError(f"unknown method {self.method!r}; choose one of {', '.join(METHODS)}")
-        for name in ("width", "height", "samples", "depth", "tile", "chunk"):
+        for name in ("width", "height", "samples", "depth", "tile"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
 

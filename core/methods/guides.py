@@ -87,7 +87,7 @@ def render_guides(compiled, scene, settings, cancelled=lambda: False):
     rows = np.arange(y0, y1, dtype=np.int32)[:, None] * np.int32(settings.width)
     pixels = (rows + np.arange(x0, x1, dtype=np.int32)).ravel()
     threads = settings.threads or os.cpu_count() or 1
-    parts = np.array_split(np.arange(pixels.size), max(threads, -(-pixels.size // settings.chunk)))
+    parts = np.array_split(np.arange(pixels.size), max(threads, -(-pixels.size // (settings.chunk or Wavefront.chunk))))
     out = tracer.pictures(pixels.size)
     stop, own = Event(), local()
 

@@ -62,6 +62,7 @@ class LocalModel(Wavefront):
     """A classic method: `shadows` and `levels` tell which."""
 
     shadows = True
+    chunk = 65536  # fewer arrays are alive than in path tracing; these stay in the cache
 
     @property
     def levels(self):

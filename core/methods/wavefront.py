@@ -78,7 +78,14 @@ class Wavefront:
     ----------
     compiled : CompiledScene
     settings : Settings
+
+    Attributes
+    ----------
+    chunk : int
+        Lanes that are best traced together: many, so that calls cost little beside their work.
     """
+
+    chunk = 163840
 
     def __init__(self, compiled, settings):
         self.scene = compiled
