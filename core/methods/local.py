@@ -62,7 +62,7 @@ class LocalModel(Wavefront):
     """A classic method: `shadows` and `levels` tell which."""
 
     shadows = True
-    chunk = 65536  # fewer arrays are alive than in path tracing; these stay in the cache
+    chunk = 98304  # fewer arrays are alive than in path tracing; these stay in the cache
 
     @property
     def levels(self):
@@ -123,10 +123,11 @@ class LocalModel(Wavefront):
         if level == 0 and self.settings.transparent_film:
             radiance[3, missed] = 0
         elif Feature.ENVIRONMENT in self.features:
-            rays = Rays(*(None if a is None else a[..., missed] for a in rays))
-            seen = self.scene.lights.environment.eval(rays.d, arena, ray=rays.told(level, None))
-            light = np.broadcast_to(seen, (3, missed.size))
-            self._add(radiance, rays, light, missed)
+            environment = self.scene.lights.environment
+            d = None if environment.is_constant else rays.d
+            rays = gather(rays._replace(o=None, d=d, tmax=None), missed, arena)
+            seen = environment.eval(rays.d, arena, ray=rays.told(level, None))
+            self._add(radiance, rays, np.broadcast_to(seen, (3, missed.size)), missed)
 
     def _add_emission(self, rays, hits, level, radiance, arena):
         met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
@@ -147,7 +148,7 @@ class LocalModel(Wavefront):
             elif rays.weight is None:
                 row[lane] += values
             else:
-                row += np.bincount(lane, values, row.size).astype(np.float32)
+                np.add.at(row, lane, values)
 
     # -- shading -------------------------------------------------------------------------------------------------------
 
