@@ -130,7 +130,7 @@ class _Render:
     def _parts(self, pixels, count):
         """Ranges of `pixels` whose `count` samples make tasks of equal size, about a chunk each."""
         workers, lanes = len(self._workers), pixels * count
-        number = max(-(-lanes // self._chunk), min(2 * workers, lanes // _FEWEST_LANES), 1)
+        number = max(-(-lanes // self._chunk), min(workers, lanes // _FEWEST_LANES), 1)
         return _ranges(pixels, -(-number // workers) * workers)
 
     def _show(self, on_pass, samples):
