@@ -6,14 +6,15 @@ PY := .venv/bin/python
 export PYTHON
 
 .DEFAULT_GOAL := help
-.PHONY: help venv render bench test test-blender extension samples lint clean
+.PHONY: help venv render bench test test-all test-blender package samples lint clean
 
 help:
 	@echo "make render   path-trace sample_blends/cornell.blend to renders/cornell.png and .exr"
 	@echo "make bench    measure Zraka beside Cycles; tables and plots in renders/bench"
 	@echo "make test     ruff and all tests"
 	@echo "make test-blender  tests in whole Blenders, window and all (root on a Debian; see docs/blender.md)"
-	@echo "make extension     pack dist/zraka-*.zip for Blender, one a platform"
+	@echo "make test-all      the tests without a window, in every Blender from 4.2 on that has a Python module"
+	@echo "make package       pack dist/zraka-*.zip for Blender, one a platform"
 	@echo "make samples  write sample_blends/*.blend anew"
 	@echo "make lint     ruff alone"
 	@echo "make clean    remove .venv and what the tools left behind"
@@ -32,10 +33,13 @@ bench: venv
 test: lint
 	@$(PY) -m pytest -n 2 --dist loadfile -m "not blender"
 
+test-all: lint
+	@.ci/test-all
+
 test-blender: venv
 	@$(PY) -m pytest tests/blender -m blender
 
-extension: venv
+package: venv
 	@$(PY) .ci/extension.py
 
 lint: venv

@@ -17,6 +17,7 @@ from .material import Materials
 from .mesh import export_mesh
 from .object_info import ObjectInfos
 from .points import export_points
+from .versions import working_space
 from .visibility import diagnose_object
 from .world import export_world
 
@@ -57,6 +58,10 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None):
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     if scene.render.use_motion_blur:
         diagnostics.warn("motion blur is not rendered yet")
+    if working_space() != "Linear Rec.709":
+        diagnostics.warn(
+            f"images, skies and temperatures are taken as Linear Rec.709, not as the working space {working_space()}"
+        )
     ready = isinstance(camera, description.Camera)
     seen_by = camera if ready else export_camera(depsgraph, diagnostics, camera, size)
     objects = _Objects(depsgraph, diagnostics)

@@ -68,3 +68,9 @@ def groups_convert():
 def boolean_kind():
     """What a boolean socket holds: before 5.0 a whole number, like an integer socket."""
     return "bool" if bpy.app.version >= (5, 0) else "int"
+
+
+def working_space():
+    """Name of the space that the file's colours are in; since 5.0 not always Rec.709."""
+    spaces = getattr(bpy.data, "colorspace", None)
+    return getattr(spaces, "working_space", "Linear Rec.709")

@@ -342,3 +342,12 @@ def test_motion_blur_is_said(scene):
     diagnostics = Diagnostics()
     export(diagnostics)
     assert diagnostics.messages() == ["motion blur is not rendered yet"]
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="the working space can be chosen since Blender 5.0")
+def test_another_working_space_is_said(scene):
+    bpy.ops.wm.set_working_color_space(working_space="Linear Rec.2020")
+    diagnostics = Diagnostics()
+    export_scene(bpy.context.evaluated_depsgraph_get(), diagnostics)
+    assert any("Linear Rec.2020" in message for message in diagnostics.messages())
+    bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709")
