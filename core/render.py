@@ -222,6 +222,6 @@ def _in_tiles(region, width, side):
         start, end = end, end + (bottom - top) * (right - left)
         np.add(down[top:bottom], across[left:right], out=places[start:end].reshape(bottom - top, right - left))
     if (x0, x1) == (0, width):
-        return places + np.int32(y0 * width), places
+        return (places + np.int32(y0 * width) if y0 else places), places
     y, x = np.divmod(places, np.int32(x1 - x0))
     return (y + np.int32(y0)) * np.int32(width) + x + np.int32(x0), places
