@@ -20,7 +20,7 @@ import numpy as np
 from . import adaptive
 from .arena import uninitialised
 from .film import Film
-from .methods import METHODS
+from .methods import method_of
 from .methods.wavefront import Chunk, Worker
 
 _POLL = 0.05  # seconds between two looks at `cancelled`
@@ -55,7 +55,7 @@ def render(compiled, settings, on_pass=None, cancelled=None):
 class _Render:
     def __init__(self, compiled, settings):
         self._settings = settings
-        self._method = METHODS[settings.method](compiled, settings)
+        self._method = method_of(compiled, settings)
         x0, y0, x1, y1 = settings.region
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places)

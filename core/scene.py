@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .camera_description import Camera, Panorama, ThinLens  # noqa: F401 - words of a scene
+from .visibility import LAMP, SEEN_BY_ALL, Visibility
 
 IDENTITY = np.eye(4)
 
@@ -239,6 +240,7 @@ class Instance:
     materials: tuple[Material | None, ...] = ()
     name: str = "object"
     info: ObjectInfo = field(default_factory=ObjectInfo)
+    visibility: Visibility = SEEN_BY_ALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,6 +252,7 @@ class Spheres:
     material: Material | None = None
     name: str = "spheres"
     info: ObjectInfo = field(default_factory=ObjectInfo)
+    visibility: Visibility = SEEN_BY_ALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,6 +264,7 @@ class Plane:
     material: Material | None = None
     name: str = "plane"
     info: ObjectInfo = field(default_factory=ObjectInfo)
+    visibility: Visibility = SEEN_BY_ALL
 
 
 # -- lights, in Blender's units (see docs/design.md) -------------------------------------------------------------------
@@ -277,6 +281,7 @@ class PointLight:
     normalize: bool = True
     casts_shadow: bool = True
     name: str = "point"
+    visibility: Visibility = LAMP
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,6 +298,7 @@ class SpotLight:
     normalize: bool = True
     casts_shadow: bool = True
     name: str = "spot"
+    visibility: Visibility = LAMP
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,6 +311,7 @@ class SunLight:
     normalize: bool = True
     casts_shadow: bool = True
     name: str = "sun"
+    visibility: Visibility = LAMP
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,6 +330,7 @@ class AreaLight:
     normalize: bool = True
     casts_shadow: bool = True
     name: str = "area"
+    visibility: Visibility = LAMP
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight
@@ -339,6 +347,7 @@ class World:
     nodes: tuple[Node, ...] = ()
     surface: int | None = None
     name: str = "world"
+    visibility: Visibility = SEEN_BY_ALL
 
     @classmethod
     def textured(cls, image, strength=1.0, projection="EQUIRECTANGULAR", interpolation="Linear", name="world"):

@@ -23,10 +23,11 @@ PACKAGE = [p for p in FILES if p.relative_to(ROOT).parts[0] in {"addon", "core"}
 
 # A room may import its own, those on its right in `docs/design.md`, and nothing else. The floor is what all may use.
 FLOOR = {"core.diagnostics", "core.camera_description", "core.scene", "core.settings", "core.arena"}
+FLOOR |= {"core.visibility"}
 VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction", "core.spaces"}
 SAMPLING = VECTORS | {"core.sampling"}
 CAMERA = {"core.camera_lens", "core.camera_panorama"}
-TABLES = SAMPLING | {"core.accel", "core.planes", "core.camera", "core.camera_window"} | CAMERA
+TABLES = SAMPLING | {"core.accel", "core.partial", "core.planes", "core.camera", "core.camera_window"} | CAMERA
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
 METHODS = COMPILE | {"core.methods"}
 RENDER = METHODS | {"core.film", "core.adaptive", "core.render"}
@@ -39,6 +40,8 @@ MAY_IMPORT = {
     "core.interaction": VECTORS,
     "core.sampling": SAMPLING,
     "core.accel": TABLES,
+    "core.partial": TABLES,
+    "core.visibility": set(),
     "core.geometry": VECTORS,
     "core.planes": TABLES,
     "core.spaces": VECTORS,

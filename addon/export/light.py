@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...core import scene as description
+from ...core.visibility import LAMP
 from .graph import GraphReader
 from .versions import casts_shadow, exposure, normalizes, shader_tree, temperature_color
 
 
-def export_light(light, transform, name, images, diagnostics):
+def export_light(light, transform, name, images, diagnostics, visibility=LAMP):
     """One light.
 
     Parameters
@@ -22,6 +23,7 @@ def export_light(light, transform, name, images, diagnostics):
     images : callable
         bpy image to core image.
     diagnostics : Diagnostics
+    visibility : Visibility
 
     Returns
     -------
@@ -35,6 +37,7 @@ def export_light(light, transform, name, images, diagnostics):
     _diagnose(light, transform, place, diagnostics)
     strength = _strength(light, place, images, diagnostics)
     common = {"normalize": normalizes(light), "casts_shadow": casts_shadow(light), "name": name}
+    common["visibility"] = visibility
     position = tuple(float(v) for v in transform[:3, 3])
     direction = _unit(-transform[:3, 2])
     if light.type == "SUN":

@@ -18,7 +18,7 @@ from .mesh import export_mesh
 from .object_info import ObjectInfos
 from .points import export_points
 from .versions import working_space
-from .visibility import diagnose_object
+from .visibility import Visibilities, diagnose_object
 from .world import export_world
 
 __all__ = ("export_scene", "frame_size", "render_border")
@@ -91,6 +91,7 @@ class _Objects:
         self._meshes = {}
         self._needs = {}
         self._infos = ObjectInfos(depsgraph)
+        self._visibility = Visibilities(depsgraph)
         self._diagnosed = set()
 
     def add(self, instance):
@@ -101,14 +102,16 @@ class _Objects:
         if type(data) is bpy.types.Mesh:
             self._add_mesh(instance, data)
         elif isinstance(data, bpy.types.Light):
-            light = export_light(data, _matrix(instance), obj.name, self.images, self._diagnostics)
+            seen = self._visibility(instance)
+            light = export_light(data, _matrix(instance), obj.name, self.images, self._diagnostics, seen)
             if light is not None:
                 self.lights.append(light)
         elif isinstance(data, bpy.types.PointCloud):
             material = self._materials_of(obj, data)[:1] or (None,)
             spheres = export_points(data, _matrix(instance), material[0], obj.name, self._diagnostics)
             if spheres is not None:
-                self.spheres.append(replace(spheres, info=self._info(instance, self._needs_of(material))))
+                info, seen = self._info(instance, self._needs_of(material)), self._visibility(instance)
+                self.spheres.append(replace(spheres, info=info, visibility=seen))
         elif obj.type == "EMPTY":
             self._add_plane(instance)
         elif obj.type in _NOT_YET:
@@ -126,7 +129,8 @@ class _Objects:
             self._meshes[key] = mesh, known
         if mesh is not None:
             info = self._info(instance, needs)
-            self.instances.append(description.Instance(mesh, _matrix(instance), materials, obj.name, info))
+            seen = self._visibility(instance)
+            self.instances.append(description.Instance(mesh, _matrix(instance), materials, obj.name, info, seen))
 
     def _needs_of(self, materials):
         """What `materials` read, a `Needs`."""
@@ -168,14 +172,15 @@ class _Objects:
         material = self._materials(material)
         info = self._info(instance, self._needs_of((material,)))
         point, normal = tuple(transform[:3, 3].tolist()), tuple(normal.tolist())
-        self.planes.append(description.Plane(point, normal, material, obj.name, info))
+        seen = self._visibility(instance)
+        self.planes.append(description.Plane(point, normal, material, obj.name, info, seen))
 
     def _diagnose(self, instance):
         """Settings that are not honoured, said once for an object and for what instances it."""
         for obj in (instance.object, instance.parent):
             if obj is not None and obj.name_full not in self._diagnosed:
                 self._diagnosed.add(obj.name_full)
-                diagnose_object(obj, self._depsgraph.view_layer_eval, self._diagnostics)
+                diagnose_object(obj, self._diagnostics)
 
 
 def _matrix(instance):

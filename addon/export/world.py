@@ -7,6 +7,7 @@ from ...core import scene as description
 from .graph import GraphReader
 from .light import constant_radiance
 from .versions import shader_tree
+from .visibility import world_visibility
 
 _SHADERS = ("background", "emission", "mix_shader", "add_shader")
 
@@ -26,10 +27,10 @@ def export_world(world, images, diagnostics):
     """
     if world is None:
         return description.World()
-    _diagnose(world, diagnostics)
+    common = {"name": world.name, "visibility": world_visibility(world)}
     tree = shader_tree(world)
     if tree is None:
-        return description.World(tuple(world.color), name=world.name)
+        return description.World(tuple(world.color), **common)
     output = tree.get_output_node("CYCLES")
     if output is None:
         return description.World(name=world.name)
@@ -42,22 +43,13 @@ def export_world(world, images, diagnostics):
         return description.World(name=world.name)
     radiance = constant_radiance(reader.nodes[surface], "background")
     if radiance is not None:
-        return description.World(radiance, name=world.name)
+        return description.World(radiance, **common)
     unsupported = _unsupported(reader.nodes, surface)
     if unsupported:
         diagnostics.warn(f"world node '{unsupported}' is not supported; a plain colour is used", place)
-        return description.World(_shown_background(tree), name=world.name)
+        return description.World(_shown_background(tree), **common)
     _diagnose_attributes(reader.nodes, place, diagnostics)
-    return description.World(nodes=tuple(reader.nodes), surface=surface, name=world.name)
-
-
-def _diagnose(world, diagnostics):
-    """Warn of ray visibility, which Cycles keeps with the world."""
-    visibility = getattr(world, "cycles_visibility", None)
-    for name in ("camera", "diffuse", "glossy", "transmission"):
-        if not getattr(visibility, name, True):
-            message = f"ray visibility is not supported; the world is there for {name} rays too"
-            diagnostics.warn(message, f"world '{world.name}'")
+    return description.World(nodes=tuple(reader.nodes), surface=surface, **common)
 
 
 def _diagnose_attributes(nodes, place, diagnostics):

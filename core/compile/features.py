@@ -24,6 +24,7 @@ class Feature(enum.Flag):
     CLAMP = enum.auto()
     FAR_CLIP = enum.auto()
     LIGHT_PATH = enum.auto()  # shaders that ask what kind of ray met them
+    VISIBILITY = enum.auto()  # objects and lights that not every ray sees, or every object is lit by
 
     @classmethod
     def all(cls):

@@ -25,6 +25,7 @@ from ..lights.spot import SpotLights
 from ..lights.sun import SunDisks, SunLights
 from ..lights.triangle import TriangleLights, outward
 from ..scene import PointLight, SpotLight, SunLight
+from ..visibility import Rays
 from .world import compile_world
 
 _SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
@@ -43,6 +44,8 @@ class Lights:
     emissive : (P,) bool
         Primitives whose material emits. Spheres and planes among them are found by scattered rays alone:
         `sampler.pdf_prim` is 0 for them.
+    emitter : (count,) int32
+        Of each light of the sampler, what shines: lights of the description, then objects, then the world.
     has_delta, has_extended : bool
         Whether lights without an extent, and with one (lamps and triangles), can be sampled.
     """
@@ -52,6 +55,7 @@ class Lights:
     classic: ClassicLights
     environment: ConstantEnvironment | EnvironmentMap
     emissive: np.ndarray
+    emitter: np.ndarray
     has_delta: bool
     has_extended: bool
 
@@ -75,16 +79,22 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
     Lights
     """
     builder = _Builder(np.asarray(geometry.origin, np.float64), diagnostics)
-    for light in scene.lights:
-        builder.add(light)
-    emissive, surfaces = _emissive_surfaces(geometry, emission_of_material, builder)
+    for number, light in enumerate(scene.lights):
+        builder.add(light, number)
+    first_object = len(scene.lights)
+    world = first_object + len(scene.instances) + len(scene.spheres) + len(scene.planes)
+    emissive, surfaces = _emissive_surfaces(geometry, emission_of_material, builder, first_object)
     kinds = builder.kinds() + surfaces
+    emitter = [builder.emitters(), *(geometry.object[np.atleast_2d(k.prim)[0]] + first_object for k in surfaces)]
     environment = compile_world(scene.world, diagnostics, geometry.view)
     if not environment.is_constant and environment.suns is not None:
         suns = environment.suns
         builder.classic += [ParallelLight(*sun) for sun in zip(suns.axis.T, suns.irradiance.T, strict=True)]
+        for made in builder.classic[-len(suns.axis.T) :]:
+            made.emitter = world
     if not environment.is_constant and environment.is_sampled:
         kinds.append(environment)
+        emitter.append([world])
     shadowless = builder.shadowless()
     shadowless += [False] * (sum(k.count for k in kinds) - len(shadowless))
     sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment, shadowless)
@@ -93,9 +103,10 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
     return Lights(
         sampler=sampler,
         lamps=LampHits(sampler),
-        classic=ClassicLights(builder.classic, environment.mean),
+        classic=ClassicLights(builder.classic, environment.mean * (Rays.DIFFUSE in scene.world.visibility.rays)),
         environment=environment,
         emissive=emissive,
+        emitter=np.concatenate(emitter).astype(np.int32),
         has_delta=any(not _has_extent(k) for k in kinds),
         has_extended=any(_has_extent(k) for k in kinds),
     )
@@ -111,8 +122,8 @@ class _Builder:
     def __init__(self, origin, diagnostics):
         self._origin = origin
         self._diagnostics = diagnostics
-        self._rows, self._shadowless = {}, {}
-        self._casts_shadow = True
+        self._rows, self._shadowless, self._emitters = {}, {}, {}
+        self._casts_shadow, self._number = True, 0
         self.classic = []
 
     def kinds(self):
@@ -126,7 +137,11 @@ class _Builder:
         """Which of the lights of `kinds` cast no shadow, kind after kind."""
         return [flag for flags in self._shadowless.values() for flag in flags]
 
-    def add(self, light):
+    def emitters(self):
+        """Which lights of the description those of `kinds` are, kind after kind."""
+        return [number for numbers in self._emitters.values() for number in numbers]
+
+    def add(self, light, number):
         """Sort one light of the description in; leave it out, and say so, if it cannot shine."""
         place = f"light {light.name!r}"
         strength = np.asarray(light.irradiance if isinstance(light, SunLight) else light.power, np.float64)
@@ -135,15 +150,16 @@ class _Builder:
         elif not strength.any():
             self._diagnostics.warn("a light has no power; it is left out", place)
         else:
-            self._casts_shadow, before = light.casts_shadow, len(self.classic)
+            self._casts_shadow, self._number, before = light.casts_shadow, number, len(self.classic)
             add = {PointLight: self._add_point, SpotLight: self._add_spot, SunLight: self._add_sun}
             add.get(type(light), self._add_area)(light, strength, place)
             for made in self.classic[before:]:
-                made.casts_shadow = light.casts_shadow
+                made.casts_shadow, made.emitter = light.casts_shadow, number
 
     def _put(self, kind, *row):
         self._rows.setdefault(kind, []).append(row)
         self._shadowless.setdefault(kind, []).append(not self._casts_shadow)
+        self._emitters.setdefault(kind, []).append(self._number)
 
     def _add_point(self, light, power, place):
         self._put(*self._round_light(light, power))
@@ -235,7 +251,7 @@ def _spots_of(kind):
 _SPOTS = {kind: _spots_of(kind) for kind in (PointLights, SphereLights, DiskLights)}
 
 
-def _emissive_surfaces(geometry, emission_of_material, builder):
+def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
     """Which primitives emit, (P,) bool, and the tables of the panels and triangles among them."""
     emits = np.array([e is not None for e in emission_of_material], bool)
     emissive = emits[geometry.material] if emits.size else np.zeros(geometry.material.size, bool)
@@ -254,6 +270,7 @@ def _emissive_surfaces(geometry, emission_of_material, builder):
     ends = np.flatnonzero(np.diff(geometry.object[prim][by_object])) + 1
     for own in np.split(by_object, ends):
         builder.classic.append(mesh_pseudo_light(corners[:, own], radiance[:, own]))
+        builder.classic[-1].emitter = first_object + int(geometry.object[prim[own[0]]])
     low, high = geometry.bounds
     extent = float(np.linalg.norm(high - low))
     texture, axis = texture_of[material], outward(corners, geometry.object[prim], _LARGEST_BODY * extent)

@@ -21,6 +21,7 @@ from .geometry import compile_geometry
 from .lights import compile_lights
 from .materials import compile_materials
 from .needs import needs_of
+from .visibility import SceneVisibility
 
 _MEAN_POINTS = 4096  # points at which a textured emitter's mean radiance is estimated
 
@@ -48,6 +49,8 @@ class CompiledScene:
         The tables, by subject.
     emissive_prim, transparent_prim, clear_prim : (P + 1,) bool
         Which primitives emit, let rays pass straight, do nothing else; the last element stands for a miss (-1).
+    visibility : SceneVisibility
+        What kinds of rays see what.
     needs_rays : bool
         Whether `interact` reads the rays' origins and distances; triangles do without.
     features : Feature
@@ -92,10 +95,16 @@ class CompiledScene:
         numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
-        self.features = self.needed if force_features is None else force_features
         self.accel = Accel(self.geometry)
+        self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
+        if not self.visibility.is_plain:
+            self.needed |= Feature.VISIBILITY
+        self.features = self.needed if force_features is None else force_features
+        self.lights.sampler.tells_lights = Feature.VISIBILITY in self.features
         if self.accel.insides_missed:
             diagnostics.warn("this Blender's Embree does not show spheres of large point clouds from inside")
+        if self.visibility.holdout_prim is not None and settings.method != "pathtrace":
+            diagnostics.warn("objects that are holdouts are rendered as any other by this method")
         cuts = settings.transparent_film and settings.method == "pathtrace"
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")

@@ -38,13 +38,15 @@ class LightSample(NamedTuple):
     """A direction towards a light.
 
     wi (3, N) unit; distance (N,), inf for lights at infinity, 0 for lights without shadow; weight (3, N) = Le/pdf, 0
-    where nothing arrives; pdf (N,) per solid angle, inf for delta lights.
+    where nothing arrives; pdf (N,) per solid angle, inf for delta lights; light (N,) the number of the light, where the
+    sampler tells it.
     """
 
     wi: np.ndarray
     distance: np.ndarray
     weight: np.ndarray
     pdf: np.ndarray
+    light: np.ndarray | None = None
 
 
 class LightHits(NamedTuple):

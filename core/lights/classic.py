@@ -43,7 +43,8 @@ class ClassicLights:
     Parameters
     ----------
     lights : sequence of LocalLight or ParallelLight
-        One whose `casts_shadow` is set to False shines through everything.
+        One whose `casts_shadow` is set to False shines through everything. Their `emitter` is what they come from, as
+        of `core.compile.lights.Lights`.
     ambient_radiance : (3,) float32
         Radiance of the constant world.
     """
@@ -52,6 +53,10 @@ class ClassicLights:
         self._lights = tuple(lights)
         self.count = len(self._lights)
         self.ambient_radiance = np.asarray(ambient_radiance, np.float32)
+
+    def emitter(self, k):
+        """What light number `k` comes from."""
+        return self._lights[k].emitter
 
     def illuminate(self, k, p, arena):
         """Light number `k` at points `p` (3, N)."""
@@ -86,6 +91,7 @@ class LocalLight:
     """
 
     casts_shadow = True
+    emitter = 0
 
     def __init__(self, position, strength, softening=0.0, nearest=0.0, profile=None, margin=0.0, relative_margin=0.0):
         self.position = np.asarray(position, np.float32).reshape(3, 1)
@@ -114,6 +120,7 @@ class ParallelLight:
     margin = relative_margin = 0.0
 
     casts_shadow = True
+    emitter = 0
 
     def __init__(self, axis, irradiance):
         self.axis = np.asarray(axis, np.float32).reshape(3, 1)

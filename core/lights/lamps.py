@@ -56,6 +56,16 @@ class LampHits:
         self._light = np.array([light for _, _, light in self._boxed])
 
     def crossings(self, o, d, tmax, arena, passed=None):
+        """Every lamp that rays cross, without its number: what `numbered_crossings` yields second.
+
+        Yields
+        ------
+        LightHits
+        """
+        for _, hits in self.numbered_crossings(o, d, tmax, arena, passed):
+            yield hits
+
+    def numbered_crossings(self, o, d, tmax, arena, passed=None):
         """Every lamp that rays cross.
 
         Parameters
@@ -70,12 +80,10 @@ class LampHits:
 
         Yields
         ------
-        lanes : (n,) int
-            Rays that cross one of the lamps between `o` and `tmax`, each once.
-        radiance : (3, n) or (3, 1)
-            Radiance that arrives along them.
-        pdf : (n,)
-            Density with which the light sampler would have drawn the direction, choice included.
+        light : int or (n,) int
+            Number of the lamp as a light.
+        hits : LightHits
+            Rays that cross one of the lamps between `o` and `tmax`, each once; `pdf` includes the choice.
 
         Notes
         -----
@@ -92,7 +100,7 @@ class LampHits:
                     if hits.lanes.size:
                         pmf = self._sampler.pmf_at(light, arena.take(o, hits.lanes), arena)
                         np.multiply(hits.pdf, pmf, out=hits.pdf)
-                        yield hits
+                        yield light, hits
             if self._boxes is not None:
                 for lanes, lamp in self._boxes.candidates(o, d, tmin, tmax, arena):
                     yield from self._of_candidates(lanes, lamp, o, d, tmin, tmax, arena)
@@ -113,7 +121,7 @@ class LampHits:
                     light = arena.take(self._light, which[hits.lanes])
                     pmf = self._sampler.pmf_at(light, arena.take(start, hits.lanes), arena)
                     np.multiply(hits.pdf, pmf, out=hits.pdf)
-                    yield hits._replace(lanes=ray[hits.lanes])
+                    yield light, hits._replace(lanes=ray[hits.lanes])
 
     def radiance(self, o, d, tmax, pdf_bsdf, arena, passed=None):
         """Light of all lamps along rays drawn with density `pdf_bsdf` (N,), MIS weight included, (3, N)."""

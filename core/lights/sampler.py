@@ -34,7 +34,11 @@ class LightSampler:
         Share of all importance: the probability of the choice of lights at infinity. That of the others, `pmf_at`,
         depends on the point.
     has_shadowless : bool
+    tells_lights : bool
+        Whether samples carry the numbers of their lights.
     """
+
+    tells_lights = False
 
     def __init__(self, kinds, importance, prim_count, environment, shadowless=None):
         self.kinds = tuple(kinds)
@@ -86,6 +90,10 @@ class LightSampler:
         if self._choice is None:
             return arena.full(1, 1.0)
         return self._choice.pmf(light, p, arena)
+
+    def is_sampled(self, prim):
+        """Whether the primitives `prim` (N,) can be chosen."""
+        return self._light_of_prim[prim] >= 0
 
     def pdf_prim(self, prim, p, d, t, arena):
         """Density with which `sample` would have drawn a ray that hits primitive `prim`.
@@ -153,6 +161,8 @@ class LightSampler:
         """`sample` of the lights `light`, one or (N,): what is at distance 0 stands in no shadow."""
         if self._shadowless is not None:
             np.copyto(sample.distance, 0.0, where=self._shadowless[light])
+        if self.tells_lights:
+            sample = sample._replace(light=np.broadcast_to(light, sample.pdf.shape).copy())
         return sample
 
 

@@ -120,6 +120,7 @@ class _Guides(Wavefront):
         if not self._names - set(_OF_CENTRE):
             self._samples = 1
         self._transparent = Feature.TRANSPARENCY in self.features
+        self._accel = compiled.visibility.camera
         objects = (*scene.instances, *scene.spheres, *scene.planes)
         self._object_index = _floats([options.indices.get(x.name, x.info.index) for x in objects])
         self._material_index = _floats([m.index for m in compiled.geometry.materials])
@@ -166,7 +167,7 @@ class _Guides(Wavefront):
         """Add one ray of each pixel."""
         arena = worker.scratch
         keys, slots, o, d, tmax = self.camera_lanes(chunk, worker, worker.states[0])
-        hits = self.scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
+        hits = self._accel.intersect(o, d, tmax, arena, clock=worker.clock)
         seen = np.ones(keys.size, bool)
         if worker.unseen is not None:
             seen[worker.unseen] = False
@@ -186,7 +187,11 @@ class _Guides(Wavefront):
         lanes = Paths(None, keys, slots, o, d, tmax, beta, passed=arena.zeros(keys.size))
         if self._transparent:
             limit = self.settings.transparent_depth
-            for _ in pass_through(self.scene, lanes, hits, 0, limit, chunk.samples, worker):
+
+            def trace(_, o, d, tmax):
+                return self._accel.intersect(o, d, tmax, arena, clock=worker.clock)
+
+            for _ in pass_through(self.scene, lanes, hits, 0, limit, chunk.samples, worker, trace):
                 pass
         if surfaces is None or self._transparent:
             surfaces = Met(self.scene, hits, lanes.o, lanes.d, arena)
@@ -218,7 +223,7 @@ class _Guides(Wavefront):
             if tmax is not None:
                 tmax[lane] -= part.t[goes]
             left = None if tmax is None else tmax[lane]
-            found = self.scene.accel.intersect(arena.take(o, lane), further, left, arena, clock=worker.clock)
+            found = self._accel.intersect(arena.take(o, lane), further, left, arena, clock=worker.clock)
             for column, values in zip(hits, found, strict=True):
                 column[lane] = values
             lane = lane[np.take(self.scene.transparent_prim, found.prim, mode="wrap")]

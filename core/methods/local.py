@@ -94,7 +94,7 @@ class LocalModel(Wavefront):
 
     def _level(self, rays, level, radiance, worker):
         arena = worker.scratch
-        hits = self.scene.accel.intersect(rays.o, rays.d, rays.tmax, arena, clock=worker.clock)
+        hits = self._trace(rays, level, worker)
         if level:
             worker.rays["secondary"] += rays.o.shape[1]
         self._add_environment(rays, hits, level, radiance, arena)
@@ -116,8 +116,12 @@ class LocalModel(Wavefront):
         self._add(radiance, rays, light)
         return self._further(rays, surface, phong, level, worker) if goes_on else None
 
+    def _trace(self, rays, level, worker):
+        """First hits of the rays of a level."""
+        return self.scene.accel.intersect(rays.o, rays.d, rays.tmax, worker.scratch, clock=worker.clock)
+
     def _add_environment(self, rays, hits, level, radiance, arena):
-        missed = np.flatnonzero(hits.prim < 0)
+        missed = self._leaving(rays, hits, level)
         if missed.size == 0:
             return
         if level == 0 and self.settings.transparent_film:
@@ -128,6 +132,10 @@ class LocalModel(Wavefront):
             rays = gather(rays._replace(o=None, d=d, tmax=None), missed, arena)
             seen = environment.eval(rays.d, arena, ray=rays.told(level, None))
             self._add(radiance, rays, np.broadcast_to(seen, (3, missed.size)), missed)
+
+    def _leaving(self, rays, hits, level):
+        """Lanes that leave the scene and see where they go."""
+        return np.flatnonzero(hits.prim < 0)
 
     def _add_emission(self, rays, hits, level, radiance, arena):
         met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
@@ -207,14 +215,14 @@ class LocalModel(Wavefront):
         for k in range(lights.count):
             with arena.frame():
                 wi, distance, irradiance = lights.illuminate(k, surface.p, arena)
-                value = self._reflected(surface, phong, mirror, wi, irradiance, arena)
+                value = self._reflected(k, level, surface, phong, mirror, wi, irradiance, arena)
                 if self.shadows:
                     np.multiply(value, self._seen(k, surface, value, wi, distance, ray, worker), out=value)
                 np.add(light, value, out=light)
         return light
 
-    def _reflected(self, surface, phong, mirror, wi, irradiance, arena):
-        """What the surface sends of a light to the viewer when nothing stands between, (3, N)."""
+    def _reflected(self, k, level, surface, phong, mirror, wi, irradiance, arena):
+        """What the surface sends of light number `k` to the viewer when nothing stands between, (3, N)."""
         value = arena.empty(wi.shape)
         with arena.frame():
             cosine = dot(surface.ns, wi, arena)
@@ -266,7 +274,7 @@ class LocalModel(Wavefront):
             if kept.size:
                 d, p, offset, ng = (arena.take(a, kept) for a in (wi, surface.p, surface.offset, surface.ng))
                 parts.append((spawn(p, offset, ng, d, arena), d, arena.take(weight, kept), arena.take(lane, kept)))
-                if Feature.LIGHT_PATH in self.features:
+                if self.features & (Feature.LIGHT_PATH | Feature.VISIBILITY):
                     parts[-1] += (_trail(rays, kept, refracted, arena),)
         if not parts:
             return None

@@ -18,6 +18,8 @@ from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..sampling.mis import weight as mis_weight
 from ..sampling.sampler import Draw
 from .holdout import has_holdouts, holes
+from .joining import joined, joined_samples
+from .roulette import roulette
 from .trails import after_scattering, light_ray, new_trail, ray_of, shadow_ray
 from .transparency import pass_through
 from .wavefront import Wavefront, any_channel, gather, slices, surface_context
@@ -73,6 +75,7 @@ class PathTrace(Wavefront):
         }
         self._arrivals = tuple(stage for feature, stage in stages.items() if feature in features)
         self._has_lamps = Feature.LAMPS in features
+        self._sees_lamps = 1  # hits before paths see lamps; the camera does not, as in Cycles
         self._sees_film = settings.transparent_film
         if self._sees_film:
             self._arrivals += (self._clear_film,)
@@ -114,11 +117,10 @@ class PathTrace(Wavefront):
 
     def _bounce(self, paths, depth, samples, radiance, worker):
         """One hit of every path; returns the paths that go on."""
-        arena = worker.scratch
-        hits = self.scene.accel.intersect(paths.o, paths.d, paths.tmax, arena, clock=worker.clock)
+        hits = self._trace(paths, None, paths.o, paths.d, paths.tmax, depth, worker)
         if depth > 0:
             worker.rays["secondary"] += paths.keys.size
-        if self._has_lamps and depth > 0:  # the camera does not see lamps, as in Cycles
+        if self._has_lamps and depth >= self._sees_lamps:
             self._add_lamps(paths, None, hits, depth, radiance, worker)
         if self._straight:
             self._pass_through(paths, hits, depth, samples, radiance, worker)
@@ -128,17 +130,24 @@ class PathTrace(Wavefront):
             return None
         return self._scatter(paths, hits, depth, samples, radiance, worker)
 
+    def _trace(self, paths, lanes, o, d, tmax, depth, worker):
+        """First hits of segments `o`, `d` of the paths `lanes` (None: all)."""
+        return self.scene.accel.intersect(o, d, tmax, worker.scratch, clock=worker.clock)
+
     def _pass_through(self, paths, hits, depth, samples, radiance, worker):
         """Carry paths through surfaces that they pass straight; lamps on the way count."""
-        limit = self.settings.transparent_depth
-        for lanes, further in pass_through(self.scene, paths, hits, depth, limit, samples, worker):
-            if self._has_lamps and depth > 0:
+        for lanes, further in self._passages(paths, hits, depth, samples, worker):
+            if self._has_lamps and depth >= self._sees_lamps:
                 self._add_lamps(paths, lanes, further, depth, radiance, worker)
+
+    def _passages(self, paths, hits, depth, samples, worker):
+        """What `pass_through` yields."""
+        return pass_through(self.scene, paths, hits, depth, self.settings.transparent_depth, samples, worker)
 
     # -- light that a path meets ---------------------------------------------------------------------------------------
 
     def _add_constant_environment(self, paths, hits, depth, radiance, worker):
-        missed = self._leaving(hits, depth)
+        missed = self._leaving(paths, hits, depth)
         if missed.size == 0:
             return
         arena = worker.scratch
@@ -147,7 +156,7 @@ class PathTrace(Wavefront):
         self._arrive(paths, missed, light, depth, radiance, arena)
 
     def _add_environment_map(self, paths, hits, depth, radiance, worker):
-        missed = self._leaving(hits, depth)
+        missed = self._leaving(paths, hits, depth)
         if missed.size == 0:
             return
         arena = worker.scratch
@@ -161,7 +170,7 @@ class PathTrace(Wavefront):
                 np.multiply(light, mis_weight(pdf, environment.pdf(d, arena), arena), out=light)
         self._arrive(paths, missed, light, depth, radiance, arena)
 
-    def _leaving(self, hits, depth):
+    def _leaving(self, paths, hits, depth):
         """Lanes that leave the scene towards an environment that they see."""
         if depth == 0 and self._sees_film:
             return np.zeros(0, np.intp)
@@ -182,7 +191,7 @@ class PathTrace(Wavefront):
         radiance[3, missed] -= seen
 
     def _add_emission(self, paths, hits, depth, radiance, worker):
-        met = np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
+        met = self._shining(paths, hits, depth)
         if met.size == 0:
             return
         arena = worker.scratch
@@ -199,6 +208,10 @@ class PathTrace(Wavefront):
             np.multiply(light, mis_weight(paths.pdf[met], light_pdf, arena), out=light)
         self._arrive(paths, met, light, depth, radiance, arena)
 
+    def _shining(self, paths, hits, depth):
+        """Lanes that meet a surface whose emission they see."""
+        return np.flatnonzero(np.take(self.scene.emissive_prim, hits.prim, mode="wrap"))
+
     def _add_lamps(self, paths, part, hits, depth, radiance, worker):
         """Lamps crossed by the latest segment of the paths `part` (None: all), which ends at `hits`."""
         arena = worker.scratch
@@ -208,12 +221,16 @@ class PathTrace(Wavefront):
         o, d, passed = (
             a if a is None or part is None else arena.take(a, part) for a in (paths.o, paths.d, paths.passed)
         )
-        for lanes, emitted, light_pdf in self.scene.lights.lamps.crossings(o, d, ends, arena, passed):
+        for lanes, emitted, light_pdf in self._crossings(paths, part, depth, o, d, ends, arena, passed):
             where = lanes if part is None else part[lanes]
             light = np.multiply(
                 emitted, mis_weight(paths.pdf[where], light_pdf, arena), out=arena.empty((3, lanes.size))
             )
             self._arrive(paths, where, light, depth, radiance, arena)
+
+    def _crossings(self, paths, part, depth, *rays):
+        """Lamps that the paths `part` (None: all) see along `rays`, as of `LampHits`."""
+        return self.scene.lights.lamps.crossings(*rays)
 
     def _arrive(self, paths, lanes, light, depth, radiance, arena):
         """Add `light` (3, n) that met the paths `lanes`."""
@@ -238,7 +255,7 @@ class PathTrace(Wavefront):
                 paths.lane = order.astype(np.int32)
         surface = self.scene.interact(hits, paths.o, paths.d, arena)
         last = depth == self.settings.depth - 1 and not self._last_ray_matters
-        light = sampled = roulette = None
+        light = sampled = chance = None
         if self._has_lights:
             u = self._numbers(Draw.LIGHT, (0, 1, 2), paths, depth, samples, arena)
             asking = light_ray(paths.trail, depth) if self._tells_rays else None
@@ -246,14 +263,14 @@ class PathTrace(Wavefront):
         if not last:
             sampled = self._numbers(Draw.BSDF, self._bsdf_dimensions, paths, depth, samples, arena)
             if depth >= _ROULETTE_DEPTH:
-                roulette = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, arena)[0]
+                chance = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, arena)[0]
         ray = paths.ray(depth, hits.t, arena)
         direct, scattered = self._shade(surface, groups, ray, light, sampled, arena)
         if direct is not None:
             self._add_direct(paths, surface, light, direct, depth, radiance, worker)
         if scattered is None:
             return None
-        return self._go_on(paths, surface, scattered, roulette, depth, worker)
+        return self._go_on(paths, surface, scattered, chance, depth, worker)
 
     def _numbers(self, kind, dimensions, paths, depth, samples, arena):
         return self.scene.sampler.draw(kind.at(depth), dimensions, paths.keys, paths.slots, samples, arena)
@@ -269,7 +286,7 @@ class PathTrace(Wavefront):
         if len(results) == 1:
             return results[0]
         direct, scattered = zip(*results, strict=True)
-        return _joined(direct, groups, arena), _joined_samples(scattered, groups, arena)
+        return joined(direct, groups, arena), joined_samples(scattered, groups, arena)
 
     def _shade_group(self, number, surface, ray, light, sampled, start, stop, arena):
         scene = self.scene
@@ -284,13 +301,17 @@ class PathTrace(Wavefront):
         direct = scattered = None
         if light is not None and mixture.is_smooth:
             part = slices(light, start, stop)
-            direct, pdf = mixture.eval_pdf(lobes, surface, part.wi, arena, shares)
+            direct, pdf = self._evaluate(mixture, lobes, surface, ray, part, arena, shares)
             np.multiply(direct, part.weight, out=direct)
             np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
         if sampled is not None:
             u = sampled[:, start:stop]
             scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena, shares, self._tells_rays)
         return direct, scattered
+
+    def _evaluate(self, mixture, lobes, surface, ray, light, arena, shares):
+        """What `surface` sends on of the sampled `light` to `ray`, (3, N), and the density of sampling it, (N,)."""
+        return mixture.eval_pdf(lobes, surface, light.wi, arena, shares)
 
     def _add_direct(self, paths, surface, light, direct, depth, radiance, worker):
         """Add the sampled light where nothing stands between."""
@@ -304,8 +325,13 @@ class PathTrace(Wavefront):
         wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
         p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
         ray = shadow_ray(arena.take(paths.trail, lit), depth) if self._tells_rays else SHADOW_RAY
-        np.multiply(direct, self.visibility(*spawn_to(p, offset, ng, wi, distance, arena), worker, ray), out=direct)
+        segments = spawn_to(p, offset, ng, wi, distance, arena)
+        np.multiply(direct, self._seen(light, lit, segments, worker, ray), out=direct)
         self._add(radiance, lit if paths.lane is None else arena.take(paths.lane, lit), direct, depth)
+
+    def _seen(self, light, lanes, segments, worker, ray):
+        """How much of the samples `lanes` of `light` passes along `segments`."""
+        return self.visibility(*segments, worker, ray)
 
     def _go_on(self, paths, surface, scattered, u, depth, worker):
         """Throughput, roulette, and the surviving paths in the other state arena."""
@@ -314,7 +340,7 @@ class PathTrace(Wavefront):
         if paths.beta is not None:
             beta = np.multiply(beta, paths.beta, out=arena.empty(paths.beta.shape))
         beta = np.broadcast_to(beta, paths.d.shape)
-        alive, survival = _roulette(beta, u, depth, arena)
+        alive, survival = roulette(beta, u, arena)
         if alive.size == 0:
             return None
         out = worker.states[(depth + 1) & 1]
@@ -334,10 +360,14 @@ class PathTrace(Wavefront):
             passed=out.zeros(alive.size) if self._straight else None,
         )
         if self._tells_rays:
-            kept.trail = after_scattering(paths.trail, scattered, surface.ng, alive, arena, out)
+            kept.trail = self._trail_on(paths, surface, scattered, alive, arena, out)
         if survival is not None:
             np.divide(kept.beta, arena.take(survival, alive), out=kept.beta)
         return kept
+
+    def _trail_on(self, paths, surface, scattered, lanes, arena, out):
+        """The trail of the paths `lanes` after they scattered at `surface`, in the arena `out`."""
+        return after_scattering(paths.trail, scattered, surface.ng, lanes, arena, out)
 
     # -- film ----------------------------------------------------------------------------------------------------------
 
@@ -353,47 +383,3 @@ class PathTrace(Wavefront):
             total = np.abs(light).sum(axis=0)
             light *= np.minimum(1, limit / np.maximum(total, limit))
         self._add_plain(radiance, lanes, light, bounces)
-
-
-def _roulette(beta, u, depth, arena):
-    """Lanes that survive, and each lane's chance to (None before roulette starts)."""
-    chance = arena.empty(beta.shape[1])
-    with arena.frame():
-        t = arena.empty(beta.shape[1])
-        np.abs(beta[0], out=chance)
-        for row in beta[1:]:
-            np.abs(row, out=t)
-            np.maximum(chance, t, out=chance)
-    if depth < _ROULETTE_DEPTH:
-        return np.flatnonzero(chance), None
-    # A path that carries little still finds light that others miss: the fourth root takes the least time to a given
-    # error in docs/performance.md.
-    np.sqrt(np.sqrt(np.minimum(chance, 1, out=chance), out=chance), out=chance)
-    return np.flatnonzero(u < chance), chance
-
-
-def _joined(parts, groups, arena):
-    """Directs of all groups in one array; None when no group has any."""
-    if all(p is None for p in parts):
-        return None
-    out = arena.empty((3, groups[-1][2]))
-    for part, (_, start, stop) in zip(parts, groups, strict=True):
-        out[:, start:stop] = 0 if part is None else part
-    return out
-
-
-def _joined_samples(parts, groups, arena):
-    """BSDF samples of all groups in one; lanes of a group without get weight 0."""
-    found = [p for p in parts if p is not None]
-    if not found:
-        return None
-    count = groups[-1][2]
-    wi, weight, pdf = arena.zeros((3, count)), arena.zeros((3, count)), arena.zeros(count)
-    flags = None if found[0].flags is None else arena.zeros(count, np.uint8)
-    for part, (_, start, stop) in zip(parts, groups, strict=True):
-        if part is None:
-            continue
-        wi[:, start:stop], weight[:, start:stop], pdf[start:stop] = part.wi, part.weight, part.pdf
-        if flags is not None:
-            flags[start:stop] = part.flags
-    return type(found[0])(wi, weight, pdf, flags=flags)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What paths remember of their scatterings: what the Light Path node asks of the rays that reach a surface.
 
-A trail is a column (7, N) float32 with the rows below: three flags of the last scattering and four counts. A path that
-passes straight through a surface stays the kind of ray that it was. Source: Blender manual, "Light Path Node"; Cycles,
+A trail is a column (7, N) float32 with the rows below: three flags of the last scattering and four counts. Where light
+does not reach every object, an eighth row is the number of the object that scattered last. A path that passes straight
+through a surface stays the kind of ray that it was. Source: Blender manual, "Light Path Node"; Cycles,
 `kernel/integrator/path_state.h`.
 """
 
@@ -17,9 +18,19 @@ from ..vecmath import dot
 _DIFFUSE, _SINGULAR, _TRANSMITTED, _DIFFUSE_DEPTH, _GLOSSY_DEPTH, _TRANSMISSION_DEPTH, _TRANSPARENT_DEPTH = range(7)
 
 
-def new_trail(count, arena):
-    """The trail of camera rays."""
-    return arena.zeros((7, count))
+def new_trail(count, arena, receivers=False):
+    """The trail of camera rays, with `receivers` of eight rows."""
+    return arena.zeros((7 + receivers, count))
+
+
+def is_diffuse(trail):
+    """Whether each path was last scattered diffusely, (N,) bool."""
+    return trail[_DIFFUSE] > 0
+
+
+def is_transmitted(trail):
+    """Whether each path was last sent through a surface, (N,) bool."""
+    return trail[_TRANSMITTED] > 0
 
 
 def ray_of(trail, depth, length):

@@ -34,8 +34,8 @@ def straight_weight(scene, surface, arena, ray):
     return weight
 
 
-def transmittance(scene, o, d, tmax, transparent_depth, worker, ray=SHADOW_RAY):
-    """Light that reaches the end of shadow rays, (3, N): 0 behind an opaque surface.
+def transmittance(scene, accel, o, d, tmax, transparent_depth, worker, ray=SHADOW_RAY):
+    """Light that reaches the end of shadow rays, (3, N): 0 behind an opaque surface of those in `accel`.
 
     `ray` describes the rays at their start; a `length` of None is not counted.
     """
@@ -45,7 +45,7 @@ def transmittance(scene, o, d, tmax, transparent_depth, worker, ray=SHADOW_RAY):
     lane = np.arange(n)
     for _ in range(transparent_depth + 1):
         worker.rays["shadow"] += lane.size
-        hits = scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
+        hits = accel.intersect(o, d, tmax, arena, clock=worker.clock)
         met = np.flatnonzero(hits.prim >= 0)
         if met.size == 0:
             return left
@@ -68,10 +68,12 @@ def transmittance(scene, o, d, tmax, transparent_depth, worker, ray=SHADOW_RAY):
     return left
 
 
-def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
+def pass_through(scene, state, hits, depth, transparent_depth, samples, worker, trace=None, clear=None):
     """Carry lanes through surfaces that they pass straight.
 
     Changes `state` (beta, o, passed, trail) and `hits` in place: at the end each hit is one that scatters, or a miss.
+    ``trace(lanes, o, d, tmax)`` gives the `Hits` of further segments; `clear` (P + 1,) bool tells which primitives do
+    nothing else. None is what the scene has.
 
     Yields
     ------
@@ -79,6 +81,7 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         Of each further segment.
     """
     arena = worker.scratch
+    clear = scene.clear_prim if clear is None else clear
     lane = np.flatnonzero(np.take(scene.transparent_prim, hits.prim, mode="wrap"))
     for passage in range(transparent_depth + 1):
         if lane.size == 0:
@@ -88,7 +91,7 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
         surface = scene.interact(part, arena.take(state.o, lane), d, arena)
         weight = straight_weight(scene, surface, arena, state.ray(depth, part.t, arena, lane))
         chance = np.clip(weight.max(axis=0), 0.0, 1.0)
-        chance[np.take(scene.clear_prim, surface.prim)] = 1  # nothing else happens there, so nothing is left to chance
+        chance[np.take(clear, surface.prim)] = 1  # nothing else happens there, so nothing is left to chance
         slots = None if state.slots is None else state.slots[lane]
         group = Draw.STRAIGHT.at(depth) + _PASSAGE_GROUPS * (passage + 1)
         u = scene.sampler.draw(group, (0,), state.keys[lane], slots, samples, arena)[0]
@@ -112,7 +115,10 @@ def pass_through(scene, state, hits, depth, transparent_depth, samples, worker):
             state.tmax[lane] -= part.t[goes]
             tmax = state.tmax[lane]
         worker.rays["secondary"] += lane.size
-        further = scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
+        if trace is None:
+            further = scene.accel.intersect(o, d, tmax, arena, clock=worker.clock)
+        else:
+            further = trace(lane, o, d, tmax)
         for column, values in zip(hits, further, strict=True):
             column[lane] = values
         yield lane, further

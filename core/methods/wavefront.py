@@ -42,6 +42,7 @@ class Worker:
     rays: dict = field(default_factory=lambda: {"camera": 0, "shadow": 0, "secondary": 0})
     nonfinite: int = 0
     unseen: np.ndarray | None = None  # lanes of the chunk that fall beside a round picture
+    casters: object = None  # what casts the shadows that are asked for now; None is what all lights share
     stop: Event = field(default_factory=Event)
 
     @property
@@ -132,14 +133,19 @@ class Wavefront:
         """How much light passes along shadow rays: (N,) float32, 0 or 1."""
         arena = worker.scratch
         worker.rays["shadow"] += o.shape[1]
-        blocked = self.scene.accel.occluded(o, d, tmax, arena, clock=worker.clock)
+        blocked = self._casters(worker).occluded(o, d, tmax, arena, clock=worker.clock)
         clear = arena.empty(o.shape[1])
         np.subtract(1, blocked, out=clear, casting="unsafe")
         return clear
 
     def _through_surfaces(self, o, d, tmax, worker, ray=SHADOW_RAY):
         """The same where surfaces let light pass straight through: (3, N)."""
-        return transmittance(self.scene, o, d, tmax, self.settings.transparent_depth, worker, ray)
+        limit = self.settings.transparent_depth
+        return transmittance(self.scene, self._casters(worker), o, d, tmax, limit, worker, ray)
+
+    def _casters(self, worker):
+        """What shadow rays are asked against."""
+        return self.scene.accel
 
     def _cast_some(self, o, d, tmax, worker, ray=SHADOW_RAY):
         """The same where lights without shadow ask for rays of no length."""

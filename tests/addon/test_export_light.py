@@ -153,10 +153,6 @@ def test_lights_as_blender_adds_them_are_not_diagnosed(scene):
     diagnostics = Diagnostics()
     export(scene, diagnostics)
     assert diagnostics.messages() == []
-    bpy.context.object.visible_camera = True
-    bpy.context.object.visible_glossy = False
-    export(scene, diagnostics)
-    assert len(diagnostics.messages()) == 2
 
 
 # -- world -------------------------------------------------------------------------------------------------------------
@@ -271,16 +267,6 @@ def test_other_worlds_are_diagnosed_and_the_shown_colour_used(scene, name):
     assert export(scene, diagnostics).world.radiance == pytest.approx((0.4, 0.8, 1.2))
     (message,) = diagnostics.messages()
     assert node.bl_label in message and "world 'World'" in message
-
-
-def test_ray_visibility_of_a_world_is_diagnosed(scene):
-    new_world(scene)
-    diagnostics = Diagnostics()
-    scene.world.cycles_visibility.camera = False
-    export(scene, diagnostics)
-    assert diagnostics.messages() == [
-        "ray visibility is not supported; the world is there for camera rays too (world 'World')"
-    ]
 
 
 def test_a_surface_shader_is_no_world(scene):

@@ -40,7 +40,7 @@ def at(p, count=N):
 def irradiance(lights, p=(0, 0, 0), normal=UP, count=N):
     """Irradiance (3,) at `p` by light samples."""
     s = lights.sampler.sample(at(p, count), *numbers(count), Arena())
-    assert all(a.dtype == np.float32 for a in s)
+    assert all(a.dtype == np.float32 for a in s[:4])
     assert all(np.isfinite(a).all() for a in (s.wi, s.weight))
     assert not np.isnan(s.distance).any() and not np.isnan(s.pdf).any() and (s.pdf > 0).all()
     np.testing.assert_allclose(np.linalg.norm(s.wi, axis=0), 1.0, atol=1e-5)

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Embree over some of the primitives, for rays that do not see the others.
+
+embreex has no ray masks. A tree of its own costs memory, but a ray costs no more than any other, however many things it
+does not see lie on its way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .accel import Accel
+from .geometry import INDEX_PADDING
+
+
+class PartialAccel:
+    """Answers rays as `Accel` does, against the primitives `kept` (P,) bool of a geometry, numbered as in the whole."""
+
+    def __init__(self, geometry, kept):
+        first_sphere, first_plane = geometry.triangle_count, geometry.count - geometry.plane_count
+        triangles, spheres, planes = kept[:first_sphere], kept[first_sphere:first_plane], kept[first_plane:]
+        index = geometry.index[triangles]
+        part = replace(
+            geometry,
+            facets=geometry.facets[triangles],
+            index=np.append(index, np.zeros((INDEX_PADDING, 3), np.uint32), axis=0)[: len(index)],
+            centers=np.ascontiguousarray(geometry.centers[:, spheres]),
+            radii=geometry.radii[spheres],
+            plane_points=np.ascontiguousarray(geometry.plane_points[:, planes]),
+            plane_normals=np.ascontiguousarray(geometry.plane_normals[:, planes]),
+            material=geometry.material[kept],
+        )
+        self._accel = Accel(part)
+        self._numbers = np.append(np.flatnonzero(kept), -1).astype(np.int32)  # the last stands for a miss
+
+    def intersect(self, o, d, tmax, arena, clock=None):
+        """First hit of every ray, as `Hits`."""
+        hits = self._accel.intersect(o, d, tmax, arena, clock)
+        return hits._replace(prim=np.take(self._numbers, hits.prim, mode="wrap"))
+
+    def occluded(self, o, d, tmax, arena, clock=None):
+        """True where something lies within `tmax`, (N,) bool."""
+        return self._accel.occluded(o, d, tmax, arena, clock)
