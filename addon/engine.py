@@ -8,9 +8,8 @@ import sys
 import bpy
 
 from . import passes
+from .properties import ENGINE
 from .session import Session
-
-ENGINE = "ZRAKA"
 
 
 class ZrakaRenderEngine(bpy.types.RenderEngine):

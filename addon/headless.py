@@ -71,10 +71,52 @@ def export(bpy, scene, args):
 
     Tracing then happens outside of Blender's render operator, where Ctrl-C is ours.
     """
-    from . import session
+    from . import takeover
     from .engine import ZrakaRenderEngine
 
     chosen = {name: getattr(args, name) for name in ("method", "samples", "depth", "threads", "seed", "time_limit")}
+    said = takeover.first_use(scene)
+    layers = [layer.name for layer in scene.view_layers if layer.use] or [scene.view_layers[0].name]
+    composited = scene.render.use_compositing and _has_compositing(scene)
+    scene.render.use_compositing = scene.render.use_sequencer = False
+    try:
+        with quiet():
+            job = export_layer(bpy, scene, layers[0], size=args.size, **chosen)
+    finally:
+        scene.render.engine = ZrakaRenderEngine.bl_idname
+    if said:
+        job.diagnostics.warn(said)
+    if scene.render.use_multiview:
+        job.diagnostics.warn("the command line renders the view of the one camera, no stereo views")
+    if len(layers) > 1:
+        job.diagnostics.warn(f"the command line renders the view layer {layers[0]!r} only")
+    if composited:
+        job.diagnostics.warn("the command line does not run the compositor")
+    return job
+
+
+def export_layer(bpy, scene, layer, **chosen):
+    """Export a view layer as it is seen in renders; the scene's engine is another one meanwhile.
+
+    Parameters
+    ----------
+    bpy : module
+    scene : bpy.types.Scene
+    layer : str
+        Name of the view layer.
+    **chosen
+        As of `session.export_job`.
+
+    Returns
+    -------
+    session.Job
+
+    Raises
+    ------
+    SceneError
+    """
+    from . import session
+
     outcome = []
 
     class ExportEngine(bpy.types.RenderEngine):
@@ -83,36 +125,29 @@ def export(bpy, scene, args):
 
         def update(self, data, depsgraph):
             try:
-                outcome.append(session.export_job(depsgraph, size=args.size, **chosen))
+                outcome.append(session.export_job(depsgraph, **chosen))
             except BaseException as error:
                 outcome.append(error)  # Blender would swallow it.
 
         def render(self, depsgraph):
             """Without this method Blender does not call `update`."""
 
-    layers = [layer.name for layer in scene.view_layers if layer.use] or [scene.view_layers[0].name]
+    render = scene.render
+    before = render.engine, render.use_compositing, render.use_sequencer
     bpy.utils.register_class(ExportEngine)
     try:
-        scene.render.engine = ExportEngine.bl_idname
-        composited = scene.render.use_compositing and _has_compositing(scene)
-        scene.render.use_compositing = scene.render.use_sequencer = False
-        with quiet():
-            bpy.ops.render.render(scene=scene.name, layer=layers[0])
+        render.engine, render.use_compositing, render.use_sequencer = ExportEngine.bl_idname, False, False
+        bpy.ops.render.render(scene=scene.name, layer=layer)
     except RuntimeError as error:
         raise SceneError(_one_line(error)) from error
     finally:
-        scene.render.engine = ZrakaRenderEngine.bl_idname
+        render.engine, render.use_compositing, render.use_sequencer = before
         bpy.utils.unregister_class(ExportEngine)
     if not outcome:
         raise SceneError("Blender rendered nothing; look at the scene's size, border and view layers")
-    job = outcome[0]
-    if isinstance(job, BaseException):
-        raise job
-    if len(layers) > 1:
-        job.diagnostics.warn(f"the command line renders the view layer {layers[0]!r} only")
-    if composited:
-        job.diagnostics.warn("the command line does not run the compositor")
-    return job
+    if isinstance(outcome[0], BaseException):
+        raise outcome[0]
+    return outcome[0]
 
 
 def _has_compositing(scene):

@@ -20,6 +20,7 @@ UNKNOWN = 1e10
 
 _FALLOFF_ENUMS = {"QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"}
 _MOST_RANKS = 16
+_LIGHT = {"emission", "environment"}  # guides that the exposure brightens
 
 # Switch of the view layer, name since Blender 5.0, name before, channels, kind, guide; None where it stays empty.
 _SWITCHED = (
@@ -192,6 +193,8 @@ def write_passes(film, render_layer, view_layer, settings=None, guides=None):
             picture = p.read(film, settings)
         elif p.guide in (guides or {}):
             picture = guides[p.guide][p.first : p.first + len(p.channels)].T
+            if p.guide in _LIGHT and settings.exposure != 1:
+                picture = picture * settings.exposure
         elif settings is not None and p.is_empty:  # Blender fills some with numbers that are not black
             picture = np.zeros((film.height, film.width, len(p.channels)), np.float32)
         if picture is None:

@@ -25,3 +25,13 @@ def summary(film, settings):
         f"{settings.method}: {film.samples} samples in {seconds:.2f} s, "
         f"{rate:.2f} M rays/s, estimated error {error_text(film)}"
     )
+
+
+def stamp(film, settings):
+    """What a picture's file tells of it, by field."""
+    return {
+        "method": settings.method,
+        "samples": str(film.samples),
+        "seconds": f"{film.stats.get('seconds', 0.0):.3f}",
+        "estimated_error": error_text(film),
+    }

@@ -7,6 +7,10 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from ..core.settings import Settings
+from .preferences import preferred_threads
+
+ENGINE = "ZRAKA"
+"""What ``scene.render.engine`` is where Zraka renders."""
 
 METHODS = (
     ("PHONG", "Phong", "Ambient, diffuse and specular light of every lamp; no shadows, no secondary rays: the fastest"),
@@ -21,7 +25,8 @@ FILTERS = (
 )
 OVERRIDES = ("reflectivity", "transparency", "ior", "exponent", "ambient")
 SAME_NAME = (
-    "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect filter_width"
+    "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect filter_width "
+    "exposure tile"
 ).split()
 
 
@@ -47,6 +52,15 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=64,
         min=1,
         soft_max=1024,
+    )
+    viewport_noise_target: FloatProperty(
+        name="Viewport Noise Target",
+        description="Refine Rendered shading until the estimated relative error is below this; 0 takes all samples. "
+        "Half the error takes four times the time",
+        default=0.0,
+        min=0.0,
+        soft_max=0.2,
+        precision=4,
     )
     depth: IntProperty(
         name="Depth",
@@ -123,6 +137,30 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         min=0.01,
         max=10.0,
     )
+    exposure: FloatProperty(
+        name="Exposure",
+        description="Factor of all light in the picture; a number of 2 is twice as bright. It costs nothing and "
+        "leaves the relative error as it is",
+        default=1.0,
+        min=0.0,
+        soft_max=10.0,
+    )
+    tile: IntProperty(
+        name="Tile Size",
+        description="Side in pixels of the squares in which pixels are traced: rays of neighbours meet the same "
+        "things. It changes no picture, and time little",
+        default=32,
+        min=1,
+        max=4096,
+        soft_min=8,
+        soft_max=512,
+    )
+    took_over: BoolProperty(
+        name="Taken Over from Cycles",
+        description="Whether these settings were Cycles' first",
+        default=False,
+        options={"HIDDEN"},
+    )
     use_reflectivity: _override("reflectivity")
     reflectivity: FloatProperty(
         name="Reflectivity",
@@ -188,7 +226,8 @@ def settings_of(scene, **overrides):
     group = scene.zraka
     chosen = {name: getattr(group, name) for name in SAME_NAME}
     chosen["method"], chosen["pixel_filter"] = group.method.lower(), group.pixel_filter.lower()
-    chosen["threads"] = scene.render.threads if scene.render.threads_mode == "FIXED" else 0
+    fixed = scene.render.threads_mode == "FIXED"
+    chosen["threads"] = scene.render.threads if fixed else preferred_threads()
     chosen["transparent_film"] = scene.render.film_transparent
     chosen |= {name: getattr(group, name) for name in OVERRIDES if getattr(group, f"use_{name}")}
     chosen |= {name: value for name, value in overrides.items() if value is not None}

@@ -10,31 +10,34 @@ from __future__ import annotations
 import logging
 import time
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..core.diagnostics import Diagnostics, SceneError
 from ..core.scene import Scene
 from ..core.settings import Settings
-from . import passes, properties
-from .progress import progress_line
+from . import passes, properties, takeover
+from .monitor import monitor
+from .progress import progress_line, stamp
+from .stereo import view_camera, view_names
 
 log = logging.getLogger(__name__)
 
 SHOW_EVERY = 0.25
 """Seconds between two pictures in the image editor: Blender merges every pass of the result for each."""
 
-PREVIEW_SAMPLES = 16
-"""Samples of the small pictures of materials; their scene is Blender's own, with settings nobody chose."""
+PREVIEW = {"samples": 16, "time_limit": 0.5, "noise_target": 0.02}
+"""Of the small pictures of materials; their scene is Blender's own, with settings nobody chose."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What there is to render, without Blender."""
+    """What there is to render, without Blender; `view` is the name of a stereo view, "" of the only one."""
 
     scene: Scene
     settings: Settings
     diagnostics: Diagnostics
     export_seconds: float
+    view: str = ""
 
 
 def export_job(depsgraph, camera=None, size=None, **overrides):
@@ -69,10 +72,28 @@ def export_job(depsgraph, camera=None, size=None, **overrides):
         raise SceneError("the render border holds no pixel; widen it or switch it off")
     guides = passes.guides_of(depsgraph)
     settings = properties.settings_of(scene, width=width, height=height, border=border, guides=guides, **overrides)
-    if scene.render.use_multiview:
-        diagnostics.warn("stereo views are not rendered apart; each shows the picture of the one camera")
     description = export_scene(depsgraph, diagnostics, camera=camera, size=(width, height))
     return Job(description, settings, diagnostics, time.perf_counter() - started)
+
+
+def export_views(engine, depsgraph):
+    """Read a `Job` for each stereo view, or one where there are none; the scene is exported once."""
+    names = view_names(depsgraph.scene_eval)
+    if engine.is_preview or not names:
+        return [export_job(depsgraph, camera=engine.camera_override, **(PREVIEW if engine.is_preview else {}))]
+    first = export_job(depsgraph, camera=engine.camera_override)
+    cameras = [view_camera(engine, depsgraph, name, first.diagnostics) for name in names]
+    seed = first.settings.seed
+    # Each eye sees noise of its own: the same in both would hang in the air as a pattern.
+    return [
+        replace(
+            first,
+            scene=replace(first.scene, camera=camera),
+            settings=replace(first.settings, seed=seed + number),
+            view=name,
+        )
+        for number, (name, camera) in enumerate(zip(names, cameras, strict=True))
+    ]
 
 
 class Display:
@@ -81,12 +102,14 @@ class Display:
     One render result stays open from the first pass to the last; it is refreshed on a budget of time, not by the pass.
     """
 
-    def __init__(self, engine, view_layer, settings):
+    def __init__(self, engine, view_layer, settings, view=""):
         self._engine = engine
+        self._view = view
         self._view_layer = view_layer
         self._settings = settings
         # Blender cuts the rectangle down to the border by itself.
-        self._result = engine.begin_result(0, 0, settings.width, settings.height, layer=view_layer.name)
+        size = settings.width, settings.height
+        self._result = engine.begin_result(0, 0, *size, layer=view_layer.name, view=view)
         self._next = 0.0
 
     @property
@@ -102,15 +125,24 @@ class Display:
         self._engine.update_result(self._result)
         self._engine.update_progress(progress)
         self._engine.update_stats("", progress_line(film, self._settings))
+        if not self._engine.is_preview:
+            monitor.note(film)
         self._next = time.perf_counter() + SHOW_EVERY
 
     def close(self, film, guides=None, names=None):
         """Leave the last picture standing, with all passes; a render that was cancelled keeps what it has."""
         if film is not None:
             self._write(film, self._settings, guides)
-        if names:
-            passes.write_metadata(self._engine.get_result(), self._view_layer, names)
+            self._stamp(film, names or {})
         self._engine.end_result(self._result)
+
+    def _stamp(self, film, names):
+        """Tell the files' readers how the picture was made, and what the ids of the mattes stand for."""
+        result = self._engine.get_result()
+        place = ".".join(name for name in (self._view_layer.name, self._view) if name)
+        for field, value in stamp(film, self._settings).items():
+            result.stamp_data_add_field(f"zraka.{place}.{field}", value)
+        passes.write_metadata(result, self._view_layer, names)
 
     def _write(self, film, settings=None, guides=None):
         if self.layer is not None:
@@ -125,8 +157,10 @@ def render_job(job, engine, view_layer):
     engine.update_stats("", "Compiling")
     settings = job.settings
     compiled = compile_scene(job.scene, settings, job.diagnostics)
-    display = Display(engine, view_layer, settings)
+    display = Display(engine, view_layer, settings, job.view)
     film = guides = names = None
+    if not engine.is_preview:
+        monitor.begin(settings)
 
     def on_pass(latest, progress):
         nonlocal film
@@ -138,6 +172,8 @@ def render_job(job, engine, view_layer):
             for name in passes.missing_passes(display.layer, view_layer):
                 job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
         film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
+        if not engine.is_preview:
+            monitor.note(film)
         if settings.guides.names and film.stats.get("stopped") != "cancelled":
             engine.update_stats("", "Rendering passes")
             guides, names = _guides(compiled, job, engine.test_break)
@@ -157,28 +193,31 @@ class Session:
     """What an engine does, layer after layer; the engine itself only delegates."""
 
     def __init__(self):
-        self._job = None
+        self._jobs = []
         self._said = set()
 
     def update(self, engine, depsgraph):
         """Export; the only time Blender's data is read."""
-        self._job = None
+        self._jobs = []
         with reported(engine):
             engine.update_stats("", "Exporting")
-            samples = PREVIEW_SAMPLES if engine.is_preview else None
-            self._job = export_job(depsgraph, camera=engine.camera_override, samples=samples)
-            self._warn(engine, self._job)
+            self._jobs = export_views(engine, depsgraph)
+            self._warn(engine, self._jobs[0])
+        if not engine.is_preview:
+            for sentence in takeover.pop_unsaid():
+                engine.report({"INFO"}, sentence)
 
     def render(self, engine, depsgraph):
-        """Trace what `update` exported; nothing when that failed."""
-        job, self._job = self._job, None
-        if job is None:
-            return
+        """Trace what `update` exported, view after view; nothing when that failed."""
+        jobs, self._jobs = self._jobs, []
         with reported(engine):
-            try:
-                render_job(job, engine, depsgraph.view_layer_eval)
-            finally:
-                self._warn(engine, job)
+            for job in jobs:
+                try:
+                    render_job(job, engine, depsgraph.view_layer_eval)
+                finally:
+                    self._warn(engine, job)
+                if engine.test_break():
+                    break
 
     def _warn(self, engine, job):
         if engine.is_preview:  # Its scene is not the user's.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 from bpy.props import BoolProperty, PointerProperty
 
-from .ui import _Panel
+from .ui.panel import Panel
 
 
 def _update(settings, context):
@@ -38,7 +38,7 @@ class ZrakaViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
-class _PassesPanel(_Panel):
+class _PassesPanel(Panel):
     bl_context = "view_layer"
     switches = ()
 

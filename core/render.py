@@ -153,6 +153,8 @@ class _Render:
                     radiance = self._method.radiance(Chunk(pixels[a:b], samples), worker)
                     if radiance is None:
                         return
+                    if self._settings.exposure != 1:
+                        radiance[:3] *= self._settings.exposure
                     part = slice(where.start + a, where.start + b) if isinstance(where, slice) else where[a:b]
                     worker.nonfinite += self._film.add(part, radiance, samples)
         finally:

@@ -73,6 +73,8 @@ class Settings:
         How a pixel weighs what is seen in and around it; the box is one pixel wide.
     filter_width : float
         Of the others, in pixels, as Blender counts.
+    exposure : float
+        Factor of the light in the picture; limits by clamping come before.
     transparent_film : bool
         The world is not seen by the camera and alpha tells where it would be.
     reflectivity, transparency, ior, exponent, ambient : float, optional
@@ -99,6 +101,7 @@ class Settings:
     clamp_indirect: float = 0.0
     pixel_filter: str = "box"
     filter_width: float = 1.5
+    exposure: float = 1.0
     transparent_film: bool = False
     reflectivity: float | None = None
     transparency: float | None = None

@@ -40,7 +40,7 @@ def render_border(scene, width, height):
     return tuple(int(np.float32(fraction) * np.float32(size)) for fraction, size in edges)
 
 
-def export_camera(depsgraph, diagnostics, camera=None, size=None):
+def export_camera(depsgraph, diagnostics, camera=None, size=None, eye=None):
     """The camera as `core.scene.Camera`.
 
     Parameters
@@ -51,6 +51,8 @@ def export_camera(depsgraph, diagnostics, camera=None, size=None):
         Another camera than the scene's.
     size : (width, height), optional
         Of the whole frame in pixels; the scene's by default.
+    eye : (matrix, shift), optional
+        Of one view of a stereo render: where it is, object to world, and its horizontal shift; the camera's by default.
 
     Raises
     ------
@@ -66,7 +68,8 @@ def export_camera(depsgraph, diagnostics, camera=None, size=None):
     projection = PROJECTIONS.get(data.type, "PERSPECTIVE")
     width, height = size or frame_size(scene)
     aspect = width * scene.render.pixel_aspect_x / (height * scene.render.pixel_aspect_y)
-    transform = _without_scale(np.array(obj.matrix_world, np.float64))
+    matrix, shift_x = eye or (obj.matrix_world, data.shift_x)
+    transform = _without_scale(np.array(matrix, np.float64))
     return description.Camera(
         transform=transform,
         window=blender_window(
@@ -74,7 +77,7 @@ def export_camera(depsgraph, diagnostics, camera=None, size=None):
             data.sensor_width,
             data.sensor_height,
             data.sensor_fit,
-            data.shift_x,
+            shift_x,
             data.shift_y,
             width,
             height,

@@ -17,6 +17,7 @@ from gpu_extras.presets import draw_texture_2d
 
 from ...core.diagnostics import Diagnostics, SceneError
 from .. import properties
+from ..preferences import viewport_budget
 from .changes import changes_scene, fingerprint
 from .view import view_of
 from .worker import Job, Worker
@@ -81,8 +82,8 @@ class Viewport:
 
         diagnostics = Diagnostics()
         scene, space = depsgraph.scene_eval, context.space_data
-        samples = scene.zraka.viewport_samples
-        settings = properties.settings_of(scene, samples=samples, time_limit=0.0, chunk=CHUNK)
+        chosen = {"samples": scene.zraka.viewport_samples, "noise_target": scene.zraka.viewport_noise_target}
+        settings = properties.settings_of(scene, **chosen, time_limit=0.0, chunk=CHUNK)
         view = view_of(context, depsgraph)
         description = export_scene(depsgraph, diagnostics, camera=view.camera(), visible=_visible_in(space))
         return description, settings, diagnostics
@@ -94,7 +95,7 @@ class Viewport:
             view = view_of(context, depsgraph)
             wanted = view, engine.get_preview_pixel_size(depsgraph.scene_eval)
             if not view.is_empty:
-                job = Job(*self._exported, *wanted)
+                job = Job(*self._exported, *wanted, viewport_budget())
         if wanted != self._wanted or (wanted is None and self._worker.picture is not None):
             self._wanted = wanted
             self._worker.want(job)

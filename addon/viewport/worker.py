@@ -38,7 +38,8 @@ _live = weakref.WeakSet()
 class Job:
     """A picture that is wanted. The scene is compiled when it is another object than that of the job before.
 
-    `settings` lack the frame, which the view gives; `pixel_size` is the side of the smallest pixels, in the screen's.
+    `settings` lack the frame, which the view gives; `pixel_size` is the side of the smallest pixels, in the screen's;
+    `budget` the seconds that the first picture should take.
     """
 
     scene: Scene
@@ -46,6 +47,7 @@ class Job:
     diagnostics: Diagnostics
     view: View
     pixel_size: int = 1
+    budget: float = FIRST_PICTURE
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +175,7 @@ class Worker:
         if self._lane_seconds is not None:
             lanes = job.view.width * job.view.height / job.pixel_size**2
             divider = 1
-            while divider < LARGEST_PIXEL and lanes / divider**2 * self._lane_seconds > FIRST_PICTURE:
+            while divider < LARGEST_PIXEL and lanes / divider**2 * self._lane_seconds > job.budget:
                 divider *= 2
         while divider > 1:
             yield divider * job.pixel_size

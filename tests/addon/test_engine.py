@@ -224,12 +224,15 @@ def test_a_preview_says_nothing():
 class FakeEngine:
     """Stands for Blender's side of a render: one layer, one pass; counts what is shown."""
 
+    is_preview = False
+
     def __init__(self, cancel_after=None):
+        self.stamped = {}
         self.shown, self.progress, self.ended, self.polls = [], [], 0, 0
         self.cancel_after = cancel_after
         self.pixels = None
 
-    def begin_result(self, x, y, width, height, layer=""):
+    def begin_result(self, x, y, width, height, layer="", view=""):
         target = SimpleNamespace(name="Combined", rect=SimpleNamespace(foreach_set=self._keep))
         depth = SimpleNamespace(name="Depth")
         return SimpleNamespace(layers=[SimpleNamespace(name=layer, passes=[target, depth])])
@@ -238,6 +241,9 @@ class FakeEngine:
         assert pixels.dtype == np.float32
         assert pixels.ndim == 1
         self.pixels = pixels
+
+    def get_result(self):
+        return SimpleNamespace(stamp_data_add_field=self.stamped.__setitem__)
 
     def update_result(self, result):
         self.shown.append(self.pixels)

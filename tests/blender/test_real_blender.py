@@ -228,7 +228,12 @@ def test_the_window(blender):
     log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
     assert log["engine"] == "ZRAKA"
     assert set(log["panels"]) == set(log["drawn"])
-    assert log["previews"]
+    assert len(log["previews"]) >= 3
+    assert np.median(log["previews"]) < 1
+    assert log["took_over"] == [77, 4]
+    assert read(folder / "methods.png")[..., :3].mean() > 0.05
+    assert log["longest_pause"] < 1  # between two calls of Blender's timer, which draws by software
+    assert log["left"] == 0
     assert log["handlers"] == ["render_cancel"]
     assert len(log["shown"]) >= 4
     # Half a second is the aim; here OpenGL is software and takes the same cores.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import bpy
@@ -17,15 +18,21 @@ sys.path.insert(0, str(Path(__file__).parent))
 from driver import FOLDER, Driver, click, move, press, shot
 
 ZRAKA = "bl_ext.user_default.zraka"
-TABS = ("RENDER", "OUTPUT", "VIEW_LAYER", "SCENE", "WORLD", "OBJECT", "DATA", "MATERIAL")
+TABS = {
+    "mesh": ("RENDER", "OUTPUT", "VIEW_LAYER", "SCENE", "WORLD", "OBJECT", "DATA", "MATERIAL"),
+    "empty": ("RENDER", "OBJECT"),
+    "light": ("OBJECT", "DATA"),
+    "camera": ("DATA",),
+}
 F12 = "96"  # a key code: in some keymaps the name would come with Alt
 
 session = importlib.import_module(f"{ZRAKA}.addon.session")
 ui = importlib.import_module(f"{ZRAKA}.addon.ui")
+compare = importlib.import_module(f"{ZRAKA}.addon.compare")
 log = {
     "panels": [cls.__name__ for cls in ui.CLASSES],
     "drawn": [],
-    "previews": 0,
+    "previews": [],
     "shown": [],
     "breaks": [],
     "handlers": [],
@@ -60,8 +67,9 @@ def watch_renders():
 
     def watched(job, engine, view_layer):
         if engine.is_preview:
-            log["previews"] += 1
+            started = time.perf_counter()
             render_job(job, engine, view_layer)
+            log["previews"].append(time.perf_counter() - started)
             return
         log["started"] = time.perf_counter()
         try:
@@ -85,6 +93,10 @@ def watch_panels():
         return noted
 
     ui.unregister()
+    for closed in (bpy.types.OBJECT_PT_visibility, bpy.types.DATA_PT_preview):  # Blender's own
+        bpy.utils.unregister_class(closed)
+        closed.bl_options = set()
+        bpy.utils.register_class(closed)
     for cls in ui.CLASSES:
         cls.bl_options = set()
         cls.draw = watched(cls, cls.draw)
@@ -108,9 +120,15 @@ def steps():
     yield from choose_engine(window, properties)
     log["engine"] = context.scene.render.engine
     context.scene.render.engine = "ZRAKA"
-    yield from look_at_panels(context, properties)
+    areas["VIEW_3D"].type = "PROPERTIES"  # for a long look
+    yield 1.0  # its tabs are known when it was drawn
+    yield from look_at_panels(context, (properties, areas["VIEW_3D"]))
+    areas["VIEW_3D"].type = "VIEW_3D"
+    yield from take_over_from_cycles(context)
+    yield from compare_methods(context, areas["VIEW_3D"])
 
     yield from render_and_cancel(context, areas["VIEW_3D"])
+    yield from look_at_the_latest_render(window)
 
 
 def choose_engine(window, properties):
@@ -133,25 +151,86 @@ def choose_engine(window, properties):
 
 
 def look_at_panels(context, properties):
-    """Draw each tab of the properties, for a mesh; the tab of an object for an empty as well."""
+    """Draw the tabs of the properties, for objects of each kind."""
+    scene = context.scene
     empty = bpy.data.objects.new("Ground", None)
-    context.scene.collection.objects.link(empty)
+    scene.collection.objects.link(empty)
     empty.zraka.plane = True
-    mesh = next(thing for thing in context.scene.objects if thing.type == "MESH")
-    for method, thing in (("PATHTRACE", mesh), ("RAYTRACE", empty)):
-        context.scene.zraka.method = method
-        context.view_layer.objects.active = thing
-        for tab in TABS if thing is mesh else ("RENDER", "OBJECT"):
-            already = len(log["drawn"])
-            properties.spaces.active.context = tab
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
+    scene.collection.objects.link(lamp)
+    camera = bpy.data.objects.new("All around", bpy.data.cameras.new("All around"))
+    camera.data.type = "PANO"
+    scene.collection.objects.link(camera)
+    mesh = next(thing for thing in scene.objects if thing.type == "MESH")
+    things = {"mesh": mesh, "empty": empty, "light": lamp, "camera": camera}
+    for kind, tabs in TABS.items():
+        scene.zraka.method = "RAYTRACE" if kind == "empty" else "PATHTRACE"
+        context.view_layer.objects.active = things[kind]
+        for tab in tabs:
+            already, previews = len(log["drawn"]), len(log["previews"])
+            for area in properties:
+                area.spaces.active.context = tab
             yield 0.6
-            if (tab, thing) in {("RENDER", mesh), ("RENDER", empty), ("OBJECT", empty)}:
+            if tab == "RENDER" or (tab, kind) in {("OBJECT", "empty"), ("DATA", "light")}:
                 yield lambda already=already: len(log["drawn"]) > already
-            elif tab == "MATERIAL":
-                yield lambda: log["previews"]
-            shot(f"tab-{tab.lower()}-{thing.type.lower()}")
-    context.scene.zraka.method = "PATHTRACE"
-    bpy.data.objects.remove(empty)
+            if tab in {"MATERIAL", "WORLD"} or (tab, kind) == ("DATA", "light"):
+                yield lambda previews=previews: len(log["previews"]) > previews
+                yield 0.5
+            shot(f"tab-{tab.lower()}-{kind}")
+    scene.zraka.method = "PATHTRACE"
+    for thing in (empty, lamp, camera):
+        bpy.data.objects.remove(thing)
+
+
+def take_over_from_cycles(context):
+    """A scene that was made for Cycles, when Zraka is chosen for it."""
+    scene = bpy.data.scenes.new("From Cycles")
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.max_bounces = 77, 3
+    scene.render.engine = "ZRAKA"
+    yield lambda: scene.zraka.took_over
+    log["took_over"] = [scene.zraka.samples, scene.zraka.depth]
+    bpy.data.scenes.remove(scene)
+
+
+def compare_methods(context, area):
+    """Into one image, with the interface free; then once more until Escape."""
+    scene = context.scene
+    scene.render.resolution_x = scene.render.resolution_y = 200
+    scene.zraka.samples = 16
+    beats = [time.perf_counter()]
+
+    def finished():
+        beats.append(time.perf_counter())
+        image = bpy.data.images.get(compare.IMAGE)
+        return image is not None and image.has_data
+
+    area.type = "IMAGE_EDITOR"
+    yield 1.0
+    begin_comparison(context, area)
+    beats.append(time.perf_counter())
+    yield finished
+    log["longest_pause"] = max(after - before for before, after in pairwise(beats[1:]))
+    yield 1.0
+    shot("compared")
+    bpy.data.images[compare.IMAGE].save_render(str(FOLDER / "methods.png"))
+    area.type = "VIEW_3D"
+    scene.zraka.samples = 100000
+    begin_comparison(context, area)
+    yield 3.0
+    shot("comparing")
+    running = next(comparison for comparison in compare._live if comparison.busy)
+    move(context.window_manager.windows[0], area.x + area.width / 2, area.y + area.height / 2)
+    press("Escape")
+    yield lambda: not running.busy
+    log["left"] = len(running.films)
+
+
+def begin_comparison(context, area):
+    window = context.window_manager.windows[0]
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with context.temp_override(window=window, area=area, region=region):
+        bpy.ops.zraka.compare_methods("INVOKE_DEFAULT")
 
 
 def render_and_cancel(context, view):
@@ -162,6 +241,7 @@ def render_and_cancel(context, view):
     scene.zraka.samples = 100000
     move(context.window_manager.windows[0], view.x + view.width / 2, view.y + view.height / 2)
     yield 0.5
+    log["handlers"].clear()
     log["f12"] = time.perf_counter()
     press(F12)
     yield lambda: log["shown"]
@@ -176,6 +256,23 @@ def render_and_cancel(context, view):
     shot("cancelled")
     scene.render.image_settings.file_format = "PNG"
     bpy.data.images["Render Result"].save_render(str(FOLDER / "kept.png"))
+
+
+def look_at_the_latest_render(window):
+    """Its curve of errors, in the render tab, all other panels of Zraka's gone."""
+    with bpy.context.temp_override(window=window, area=window.screen.areas[0]):
+        bpy.ops.screen.back_to_previous()
+    yield 1.0
+    properties = next(area for area in window.screen.areas if area.type == "PROPERTIES")
+    properties.spaces.active.context = "RENDER"
+    others = [cls for cls in ui.CLASSES if cls.__name__ != "RENDER_PT_zraka_latest"]
+    for cls in reversed(others):
+        bpy.utils.unregister_class(cls)
+    properties.tag_redraw()
+    yield 1.5
+    shot("latest")
+    for cls in others:
+        bpy.utils.register_class(cls)
 
 
 Driver(steps(), log).start()
