@@ -22,6 +22,7 @@ from .contact import contact_sheet
 from .progress import error_text
 from .properties import ENGINE
 from .properties import METHODS as LABELS
+from .session import compile_job
 
 log = logging.getLogger(__name__)
 
@@ -59,15 +60,18 @@ class Comparison:
 
     def run(self):
         """Render all; returns when done or stopped."""
-        from ..core.compile import compile_scene
         from ..core.render import render
 
         try:
             for method in METHODS:
                 self._method, self._progress = method, 0.0
                 settings = replace(self._job.settings, method=method, guides=Guides())
-                compiled = compile_scene(self._job.scene, settings, self._job.diagnostics)
-                film = render(compiled, settings, on_pass=self._on_pass, cancelled=self._stop.is_set)
+                film = render(
+                    compile_job(replace(self._job, settings=settings)),
+                    settings,
+                    on_pass=self._on_pass,
+                    cancelled=self._stop.is_set,
+                )
                 if self._stop.is_set():
                     return
                 self.films[method] = film

@@ -125,7 +125,7 @@ def export_layer(bpy, scene, layer, **chosen):
 
         def update(self, data, depsgraph):
             try:
-                outcome.append(session.export_job(depsgraph, **chosen))
+                outcome.append(session.export_job(depsgraph, frame_set=self.frame_set, **chosen))
             except BaseException as error:
                 outcome.append(error)  # Blender would swallow it.
 

@@ -31,16 +31,21 @@ PREVIEW = {"samples": 16, "time_limit": 0.5, "noise_target": 0.02}
 
 @dataclass(frozen=True)
 class Job:
-    """What there is to render, without Blender; `view` is the name of a stereo view, "" of the only one."""
+    """What there is to render, without Blender; `view` is the name of a stereo view, "" of the only one.
+
+    `slices` are the scene in the middle of each slice of the time in which the shutter is open, all of them `scene`
+    itself where nothing moves; none without motion blur.
+    """
 
     scene: Scene
     settings: Settings
     diagnostics: Diagnostics
     export_seconds: float
     view: str = ""
+    slices: tuple[Scene, ...] = ()
 
 
-def export_job(depsgraph, camera=None, size=None, **overrides):
+def export_job(depsgraph, camera=None, size=None, frame_set=None, cache=None, **overrides):
     """Read a `Job` from Blender.
 
     Parameters
@@ -51,6 +56,10 @@ def export_job(depsgraph, camera=None, size=None, **overrides):
         In place of the scene's.
     size : (width, height), optional
         In place of the scene's.
+    frame_set : callable, optional
+        The engine's, with which other moments of a frame are reached; without it nothing is blurred by motion.
+    cache : ExportCache, optional
+        What the frame before left.
     **overrides
         As of `properties.settings_of`.
 
@@ -60,7 +69,10 @@ def export_job(depsgraph, camera=None, size=None, **overrides):
         If the scene cannot be rendered.
     """
     # Imported here: enabling the add-on should not load Embree, and should work where it is missing.
+    from ..core.shutter import slice_count
+    from .export.cache import ExportCache
     from .export.camera import frame_size, render_border
+    from .export.motion import Still, export_slices, shutter_times
     from .export.scene import export_scene
 
     started = time.perf_counter()
@@ -72,16 +84,48 @@ def export_job(depsgraph, camera=None, size=None, **overrides):
         raise SceneError("the render border holds no pixel; widen it or switch it off")
     guides = passes.guides_of(depsgraph)
     settings = properties.settings_of(scene, width=width, height=height, border=border, guides=guides, **overrides)
-    description = export_scene(depsgraph, diagnostics, camera=camera, size=(width, height))
-    return Job(description, settings, diagnostics, time.perf_counter() - started)
+    cache = cache or ExportCache()
+    cache.follow(depsgraph)
+    blurred = frame_set is not None and scene.render.use_motion_blur and scene.render.motion_blur_shutter > 0
+    still = Still() if blurred else None
+    description = export_scene(depsgraph, diagnostics, camera, (width, height), cache=cache, still=still)
+    slices = ()
+    if blurred:
+        if getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE") != "NONE":
+            diagnostics.warn("a rolling shutter is not supported; all rows are exposed at once")
+        times = shutter_times(scene.render, slice_count(settings.samples))
+        slices = tuple(export_slices(depsgraph, frame_set, description, times, camera, (width, height), cache, still))
+    return Job(description, settings, diagnostics, time.perf_counter() - started, slices=slices)
 
 
-def export_views(engine, depsgraph):
+def compile_job(job, before=None):
+    """What `core.render.render` takes: a CompiledScene, or a Shutter where something moves.
+
+    Parameters
+    ----------
+    job : Job
+    before : CompiledScene, optional
+        Of another frame.
+    """
+    from ..core.compile import compile_scene
+    from ..core.shutter import compile_shutter
+
+    if any(scene is not job.scene for scene in job.slices):
+        return compile_shutter(job.slices, job.settings, job.diagnostics, before)
+    return compile_scene(job.scene, job.settings, job.diagnostics, before=before)
+
+
+def export_views(engine, depsgraph, cache):
     """Read a `Job` for each stereo view, or one where there are none; the scene is exported once."""
     names = view_names(depsgraph.scene_eval)
-    if engine.is_preview or not names:
-        return [export_job(depsgraph, camera=engine.camera_override, **(PREVIEW if engine.is_preview else {}))]
-    first = export_job(depsgraph, camera=engine.camera_override)
+    chosen = {"camera": engine.camera_override, "cache": cache}
+    if engine.is_preview:
+        return [export_job(depsgraph, **chosen, **PREVIEW)]
+    if not names:
+        return [export_job(depsgraph, frame_set=engine.frame_set, **chosen)]
+    first = export_job(depsgraph, **chosen)
+    if depsgraph.scene_eval.render.use_motion_blur:
+        first.diagnostics.warn("stereo views are rendered without motion blur")
     cameras = [view_camera(engine, depsgraph, name, first.diagnostics) for name in names]
     seed = first.settings.seed
     # Each eye sees noise of its own: the same in both would hang in the air as a pattern.
@@ -149,14 +193,17 @@ class Display:
             passes.write_passes(film, self.layer, self._view_layer, settings, guides)
 
 
-def render_job(job, engine, view_layer):
-    """Trace a job and show it in Blender until it is done, cancelled or interrupted."""
-    from ..core.compile import compile_scene
+def render_job(job, engine, view_layer, before=None):
+    """Trace a job and show it in Blender until it is done, cancelled or interrupted.
+
+    Returns the CompiledScene, of the middle of the time where it is blurred, which is `before` to the next frame.
+    """
     from ..core.render import render
 
     engine.update_stats("", "Compiling")
     settings = job.settings
-    compiled = compile_scene(job.scene, settings, job.diagnostics)
+    compiled = compile_job(job, before)
+    middle = getattr(compiled, "middle", compiled)
     display = Display(engine, view_layer, settings, job.view)
     film = guides = names = None
     if not engine.is_preview:
@@ -176,32 +223,43 @@ def render_job(job, engine, view_layer):
             monitor.note(film)
         if settings.guides.names and film.stats.get("stopped") != "cancelled":
             engine.update_stats("", "Rendering passes")
-            guides, names = _guides(compiled, job, engine.test_break)
+            guides, names = _guides(middle, settings, engine.test_break)
     finally:
         display.close(film, guides, names)
+    return middle
 
 
-def _guides(compiled, job, cancelled):
+def _guides(compiled, settings, cancelled):
     """The pictures that passes show, and the names that their ids stand for."""
     from ..core.methods.guides import matte_names, render_guides
 
-    guides = render_guides(compiled, job.scene, job.settings, cancelled)
-    return guides, matte_names(compiled, job.scene, job.settings.guides)
+    guides = render_guides(compiled, compiled.described, settings, cancelled)
+    return guides, matte_names(compiled, compiled.described, settings.guides)
 
 
 class Session:
-    """What an engine does, layer after layer; the engine itself only delegates."""
+    """What an engine does, layer after layer; the engine itself only delegates.
+
+    With persistent data Blender keeps the engine from frame to frame, and the session what the next frame can use.
+    """
 
     def __init__(self):
         self._jobs = []
+        self._cache = self._compiled = None
         self._said = set()
 
     def update(self, engine, depsgraph):
         """Export; the only time Blender's data is read."""
         self._jobs = []
         with reported(engine):
+            from .export.cache import ExportCache
+
             engine.update_stats("", "Exporting")
-            self._jobs = export_views(engine, depsgraph)
+            cache, self._cache = self._cache, None  # what fails halfway is not to be used again
+            if cache is None:
+                cache, self._compiled = ExportCache(), None
+            self._jobs = export_views(engine, depsgraph, cache)
+            self._cache = cache if depsgraph.scene.render.use_persistent_data else None
             self._warn(engine, self._jobs[0])
         if not engine.is_preview:
             for sentence in takeover.pop_unsaid():
@@ -210,14 +268,16 @@ class Session:
     def render(self, engine, depsgraph):
         """Trace what `update` exported, view after view; nothing when that failed."""
         jobs, self._jobs = self._jobs, []
+        before, self._compiled = self._compiled, None
         with reported(engine):
             for job in jobs:
                 try:
-                    render_job(job, engine, depsgraph.view_layer_eval)
+                    before = render_job(job, engine, depsgraph.view_layer_eval, before)
                 finally:
                     self._warn(engine, job)
                 if engine.test_break():
                     break
+            self._compiled = before if self._cache else None
 
     def _warn(self, engine, job):
         if engine.is_preview:  # Its scene is not the user's.

@@ -22,6 +22,7 @@ from .arena import uninitialised
 from .film import Film
 from .methods import method_of
 from .methods.wavefront import Chunk, Worker
+from .shutter import Shutter
 
 _POLL = 0.05  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
@@ -36,7 +37,7 @@ def render(compiled, settings, on_pass=None, cancelled=None):
 
     Parameters
     ----------
-    compiled : CompiledScene
+    compiled : CompiledScene or Shutter
     settings : Settings
     on_pass : callable, optional
         ``on_pass(film, progress)`` on the calling thread after every pass, and during long ones; progress is in [0, 1].
@@ -55,11 +56,13 @@ def render(compiled, settings, on_pass=None, cancelled=None):
 class _Render:
     def __init__(self, compiled, settings):
         self._settings = settings
-        self._method = method_of(compiled, settings)
+        self._shutter = compiled if isinstance(compiled, Shutter) else None
+        moments = self._shutter.moments if self._shutter else (compiled,)
+        self._methods = [method_of(moment, settings) for moment in moments]
         x0, y0, x1, y1 = settings.region
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places)
-        self._chunk = settings.chunk or self._method.chunk
+        self._chunk = settings.chunk or self._methods[0].chunk
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
@@ -130,7 +133,8 @@ class _Render:
     def _parts(self, pixels, count):
         """Ranges of `pixels` whose `count` samples make tasks of equal size, about a chunk each."""
         workers, lanes = len(self._workers), pixels * count
-        number = max(-(-lanes // self._chunk), min(workers, lanes // _FEWEST_LANES), 1)
+        together = self._chunk * min(count, len(self._methods))  # each moment's samples fill a chunk
+        number = max(-(-lanes // together), min(workers, lanes // _FEWEST_LANES), 1)
         return _ranges(pixels, -(-number // workers) * workers)
 
     def _show(self, on_pass, samples):
@@ -144,13 +148,11 @@ class _Render:
     def _trace(self, where, first, count):
         """Trace samples of the pixels `where`, chunk by chunk, into the film."""
         pixels = self._pixels[where]
-        at_once = max(1, min(self._chunk // pixels.size, _MOST_SAMPLES))
         worker = self._idle.get()
         try:
-            for start in range(first, first + count, at_once):
-                samples = tuple(range(start, min(start + at_once, first + count)))
+            for method, samples in self._batches(first, count, pixels.size):
                 for a, b in _ranges(pixels.size, -(-pixels.size // self._chunk)):
-                    radiance = self._method.radiance(Chunk(pixels[a:b], samples), worker)
+                    radiance = method.radiance(Chunk(pixels[a:b], samples), worker)
                     if radiance is None:
                         return
                     if self._settings.exposure != 1:
@@ -159,6 +161,15 @@ class _Render:
                     worker.nonfinite += self._film.add(part, radiance, samples)
         finally:
             self._idle.put(worker)
+
+    def _batches(self, first, count, pixels):
+        """Yield (method, sample numbers) of chunks, moment after moment where the shutter is open for a time."""
+        at_once = max(1, min(self._chunk // pixels, _MOST_SAMPLES))
+        samples = range(first, first + count)
+        shares = self._shutter.share(samples) if self._shutter else [(0, samples)]
+        for moment, numbers in shares:
+            for start in range(0, len(numbers), at_once):
+                yield self._methods[moment], tuple(numbers[start : start + at_once])
 
     def _reached(self):
         """Which stopping rule is met, or None."""

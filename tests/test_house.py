@@ -30,7 +30,7 @@ CAMERA = {"core.camera_lens", "core.camera_panorama"}
 TABLES = SAMPLING | {"core.accel", "core.partial", "core.planes", "core.camera", "core.camera_window"} | CAMERA
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
 METHODS = COMPILE | {"core.methods"}
-RENDER = METHODS | {"core.film", "core.adaptive", "core.render"}
+RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
     "core.diagnostics": set(),
@@ -55,6 +55,7 @@ MAY_IMPORT = {
     "core.lights": TABLES,
     "core.compile": COMPILE,
     "core.methods": METHODS,
+    "core.shutter": COMPILE,
     "core.film": SAMPLING,
     "core.adaptive": SAMPLING,
     "core.render": RENDER,

@@ -150,9 +150,9 @@ def watched(force_features=None, interrupted=None):
         seen.export_seconds = job.export_seconds
         return job
 
-    def watched_compile(scene, settings, diagnostics):
+    def watched_compile(scene, settings, diagnostics, before=None):
         started = time.perf_counter()
-        seen.compiled = compile_scene(scene, settings, diagnostics, force_features)
+        seen.compiled = compile_scene(scene, settings, diagnostics, force_features, before)
         seen.compile_seconds = time.perf_counter() - started
         return seen.compiled
 

@@ -89,11 +89,11 @@ def _render(args, started):
     times = _Times()
     with _timed(times, "export"):
         job = headless.export(bpy, scene, args)
-    from ...core.compile import compile_scene
     from ...core.render import render
+    from ..session import compile_job
 
     with _timed(times, "compile"):
-        compiled = compile_scene(job.scene, job.settings, job.diagnostics)
+        compiled = compile_job(job)
     with _timed(times, "render"), interruptible() as interrupted, _progress_bar(job.settings) as on_pass:
         film = render(compiled, job.settings, on_pass=on_pass, cancelled=interrupted.is_set)
 

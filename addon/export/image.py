@@ -27,22 +27,34 @@ class Images:
     diagnostics : Diagnostics
     frame : int
         Of the scene, for image sequences.
+    known : dict, optional
+        Images of the export before, by key.
+
+    Attributes
+    ----------
+    used : dict
+        Images by key.
+    sequences : int
+        How often one of a sequence was asked for.
     """
 
-    def __init__(self, diagnostics, frame=1):
+    def __init__(self, diagnostics, frame=1, known=None):
         self._diagnostics = diagnostics
         self._frame = frame
-        self._known = {}
+        self._known = known or {}
+        self.used = {}
+        self.sequences = 0
 
     def __call__(self, image, user=None):
         """`core.scene.Image` of a bpy image as its `user` (bpy.types.ImageUser) sees it."""
         number = None
         if user is not None and image.source == "SEQUENCE":
             number = frame_number(user, self._frame)
+            self.sequences += 1
         key = image.as_pointer(), number
-        if key not in self._known:
-            self._known[key] = export_image(image, self._diagnostics, number)
-        return self._known[key]
+        if key not in self.used:
+            self.used[key] = self._known.get(key) or export_image(image, self._diagnostics, number)
+        return self.used[key]
 
 
 def export_image(image, diagnostics, frame=None):

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 from ...core import scene as description
+from .cache import Kept
 from .graph import GraphReader
+from .updates import address
 from .versions import shader_tree
 
 
@@ -13,24 +15,40 @@ class Materials:
 
     Parameters
     ----------
-    images : callable
-        bpy image to core image.
+    images : Images
     diagnostics : Diagnostics
+    known : dict, optional
+        `Kept` ones of the export before, by key.
+
+    Attributes
+    ----------
+    used : dict
+        `Kept` by key.
     """
 
-    def __init__(self, images, diagnostics):
+    def __init__(self, images, diagnostics, known=None):
         self._images = images
         self._diagnostics = diagnostics
-        self._known = {}
+        self._known = known or {}
+        self.used = {}
 
     def __call__(self, material):
         """`core.scene.Material` of a bpy material; None stays None."""
         if material is None:
             return None
-        key = material.as_pointer()
-        if key not in self._known:
-            self._known[key] = export_material(material, self._images, self._diagnostics)
-        return self._known[key]
+        key = material.as_pointer(), address(material)
+        if key not in self.used:
+            kept = self._known.get(key)
+            self.used[key] = kept or keep_shader(material, export_material, self._images, self._diagnostics)
+        return self.used[key].value
+
+
+def keep_shader(thing, export, images, diagnostics):
+    """`Kept` of what `export` makes of a material or a world."""
+    before = images.sequences
+    value = export(thing, images, diagnostics)
+    passing = images.sequences > before or any("matrix" in node.properties for node in value.nodes)
+    return Kept(value, frozenset([address(thing)]), passing=passing)
 
 
 def export_material(material, images, diagnostics):

@@ -10,13 +10,15 @@ import numpy as np
 
 from ...core import scene as description
 from ...core.compile.needs import needs_of
+from .cache import ExportCache, Kept
 from .camera import export_camera, frame_size, render_border
 from .image import Images
 from .light import export_light
-from .material import Materials
+from .material import Materials, keep_shader
 from .mesh import export_mesh
 from .object_info import ObjectInfos
 from .points import export_points
+from .updates import address
 from .versions import working_space
 from .visibility import Visibilities, diagnose_object
 from .world import export_world
@@ -31,7 +33,7 @@ _NOT_YET = {
 }
 
 
-def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None):
+def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None, cache=None, still=None):
     """Everything that the dependency graph shows, copied.
 
     Parameters
@@ -45,6 +47,10 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None):
         Of the whole frame in pixels; the scene's by default.
     visible : callable, optional
         Tells of an entry of `depsgraph.object_instances` whether it is wanted.
+    cache : ExportCache, optional
+        What the export before left, up to date; it is left what this one used.
+    still : Still, optional
+        Keeps objects where they were at first.
 
     Returns
     -------
@@ -56,43 +62,60 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None):
         There is no camera.
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
-    if scene.render.use_motion_blur:
-        diagnostics.warn("motion blur is not rendered yet")
     if working_space() != "Linear Rec.709":
         diagnostics.warn(
             f"images, skies and temperatures are taken as Linear Rec.709, not as the working space {working_space()}"
         )
+    cache = cache or ExportCache()
     ready = isinstance(camera, description.Camera)
     seen_by = camera if ready else export_camera(depsgraph, diagnostics, camera, size)
-    objects = _Objects(depsgraph, diagnostics)
+    objects = _Objects(depsgraph, diagnostics, cache, still)
     for instance in depsgraph.object_instances:
         if instance.show_self and (visible is None or visible(instance)):
             objects.add(instance)
+    world = objects.world(getattr(layer, "world_override", None) or scene.world)
+    objects.leave(cache)
     return description.Scene(
         camera=seen_by,
         instances=tuple(objects.instances),
         spheres=tuple(objects.spheres),
         planes=tuple(objects.planes),
         lights=tuple(objects.lights),
-        world=export_world(getattr(layer, "world_override", None) or scene.world, objects.images, diagnostics),
+        world=world,
     )
 
 
 class _Objects:
     """Collects what the objects become; nothing of an instance outlives `add`, as Blender reuses it."""
 
-    def __init__(self, depsgraph, diagnostics):
+    def __init__(self, depsgraph, diagnostics, cache, still):
         self.instances, self.spheres, self.planes, self.lights = [], [], [], []
-        self.images = Images(diagnostics, depsgraph.scene_eval.frame_current)
-        self._materials = Materials(self.images, diagnostics)
+        self._images = Images(diagnostics, depsgraph.scene_eval.frame_current, cache.images)
+        self._materials = Materials(self._images, diagnostics, cache.materials)
         self._override = depsgraph.view_layer_eval.material_override
         self._depsgraph = depsgraph
         self._diagnostics = diagnostics
-        self._meshes = {}
+        self._known, self._known_worlds = cache.meshes, cache.worlds
+        self._meshes, self._worlds = {}, {}
+        self._still = still
         self._needs = {}
         self._infos = ObjectInfos(depsgraph)
         self._visibility = Visibilities(depsgraph)
         self._diagnosed = set()
+
+    def world(self, world):
+        """The world, black where there is none."""
+        if world is None:
+            return export_world(None, self._images, self._diagnostics)
+        key = world.as_pointer(), address(world)
+        kept = self._known_worlds.get(key) or keep_shader(world, export_world, self._images, self._diagnostics)
+        self._worlds[key] = kept
+        return kept.value
+
+    def leave(self, cache):
+        """Hand what was used to the next export."""
+        cache.meshes, cache.worlds = self._meshes, self._worlds
+        cache.materials, cache.images = self._materials.used, self._images.used
 
     def add(self, instance):
         """Add one entry of the dependency graph."""
@@ -102,8 +125,10 @@ class _Objects:
         if type(data) is bpy.types.Mesh:
             self._add_mesh(instance, data)
         elif isinstance(data, bpy.types.Light):
-            seen = self._visibility(instance)
-            light = export_light(data, _matrix(instance), obj.name, self.images, self._diagnostics, seen)
+            matrix, seen = _matrix(instance), self._visibility(instance)
+            if self._still is not None:
+                _, matrix = self._still(instance, None, matrix)
+            light = export_light(data, matrix, obj.name, self._images, self._diagnostics, seen)
             if light is not None:
                 self.lights.append(light)
         elif isinstance(data, bpy.types.PointCloud):
@@ -120,17 +145,21 @@ class _Objects:
     def _add_mesh(self, instance, data):
         obj, materials = instance.object, self._materials_of(instance.object, data)
         needs = self._needs_of(materials)
-        # Evaluated meshes live as long as the dependency graph, so their address tells them apart.
-        key = data.as_pointer()
-        mesh, known = self._meshes.get(key, (None, None))
-        if known is None or not needs <= known:  # other materials on the same mesh may read more of it
-            known = needs if known is None else needs | known
-            mesh = export_mesh(obj, data.name, known)
-            self._meshes[key] = mesh, known
+        # Evaluated meshes live as long as nothing changes them; their places are then used again.
+        key = data.as_pointer(), data.session_uid, address(data)
+        kept = self._meshes.get(key) or self._known.get(key)
+        if kept is None or not needs <= kept.needs:  # other materials on the same mesh may read more of it
+            known = needs if kept is None else needs | kept.needs
+            owners = frozenset(map(address, (obj, obj.data, instance.parent)))
+            kept = Kept(export_mesh(obj, data.name, known), owners, known)
+        self._meshes[key] = kept
+        mesh, matrix = kept.value, _matrix(instance)
+        if self._still is not None:
+            mesh, matrix = self._still(instance, mesh, matrix)
         if mesh is not None:
             info = self._info(instance, needs)
             seen = self._visibility(instance)
-            self.instances.append(description.Instance(mesh, _matrix(instance), materials, obj.name, info, seen))
+            self.instances.append(description.Instance(mesh, matrix, materials, obj.name, info, seen))
 
     def _needs_of(self, materials):
         """What `materials` read, a `Needs`."""

@@ -155,6 +155,7 @@ class RENDER_PT_zraka_motion_blur(ClosedPanel, bpy.types.Panel):
         if hasattr(render, "motion_blur_position"):
             column.prop(render, "motion_blur_position", text="Position")
         column.prop(render, "motion_blur_shutter")
+        column.template_curve_mapping(render, "motion_blur_shutter_curve")
 
 
 class RENDER_PT_zraka_film(ClosedPanel, bpy.types.Panel):
@@ -196,6 +197,7 @@ class RENDER_PT_zraka_performance(ClosedPanel, bpy.types.Panel):
         threads.prop(render, "threads")
         column.prop(context.scene.zraka, "tile")
         column.prop(render, "preview_pixel_size", text="Viewport Pixel Size")
+        column.prop(render, "use_persistent_data")
 
 
 class RENDER_PT_zraka_latest(ClosedPanel, bpy.types.Panel):

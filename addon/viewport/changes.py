@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..export.updates import is_camera, is_touched
 from ..properties import settings_of
 
 
@@ -19,10 +20,10 @@ def changes_scene(depsgraph):
 
 def _matters(update):
     thing = update.id
-    if isinstance(thing, bpy.types.Camera) or isinstance(getattr(thing, "data", None), bpy.types.Camera):
+    if is_camera(thing):
         return False
     if isinstance(thing, bpy.types.Object | bpy.types.Scene | bpy.types.Collection):
-        return update.is_updated_geometry or update.is_updated_transform or update.is_updated_shading
+        return is_touched(update)
     return True
 
 

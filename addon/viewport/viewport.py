@@ -38,7 +38,7 @@ class Viewport:
         self._engine = weakref.ref(engine)
         self._worker = Worker()
         weakref.finalize(engine, self._worker.stop)
-        self._exported = self._fingerprint = None
+        self._exported = self._fingerprint = self._cache = None
         self._wanted = None
         self._error = ""
         self._said = set()
@@ -48,6 +48,8 @@ class Viewport:
     def update(self, context, depsgraph):
         """Export the scene if it changed."""
         now = fingerprint(depsgraph, _visible_in(context.space_data))
+        if self._cache is not None:
+            self._cache.follow(depsgraph)
         if self._exported is None or now != self._fingerprint or changes_scene(depsgraph):
             self._fingerprint, self._wanted = now, None
             try:
@@ -78,14 +80,19 @@ class Viewport:
 
     def _export(self, context, depsgraph):
         """Scene, settings and diagnostics of a `Job`."""
+        from ..export.cache import ExportCache
         from ..export.scene import export_scene
 
+        cache, self._cache = self._cache or ExportCache(), None  # what fails halfway is not to be used again
         diagnostics = Diagnostics()
         scene, space = depsgraph.scene_eval, context.space_data
         chosen = {"samples": scene.zraka.viewport_samples, "noise_target": scene.zraka.viewport_noise_target}
         settings = properties.settings_of(scene, **chosen, time_limit=0.0, chunk=CHUNK)
         view = view_of(context, depsgraph)
-        description = export_scene(depsgraph, diagnostics, camera=view.camera(), visible=_visible_in(space))
+        description = export_scene(
+            depsgraph, diagnostics, camera=view.camera(), visible=_visible_in(space), cache=cache
+        )
+        self._cache = cache
         return description, settings, diagnostics
 
     def _ask(self, engine, context, depsgraph):

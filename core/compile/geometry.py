@@ -103,6 +103,9 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     )
 
 
+_DEFAULT = Material.diffuse(name="default")
+
+
 class _Materials:
     """Numbers materials in the order in which they are met; None is the default grey."""
 
@@ -114,7 +117,7 @@ class _Materials:
         key = id(material)
         if key not in self._number:
             self._number[key] = len(self.materials)
-            self.materials.append(Material.diffuse(name="default") if material is None else material)
+            self.materials.append(_DEFAULT if material is None else material)
         return self._number[key]
 
     def slots(self, materials):

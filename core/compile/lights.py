@@ -60,7 +60,7 @@ class Lights:
     has_extended: bool
 
 
-def compile_lights(scene, geometry, emission_of_material, diagnostics):
+def compile_lights(scene, geometry, emission_of_material, diagnostics, environment=None):
     """Tables of all lights of `scene`.
 
     Parameters
@@ -73,6 +73,8 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
         radiance (3,) and a callable ``Le(prim, u, v, arena) -> (3, n)``. Both sides emit.
     diagnostics : Diagnostics
         Told of lights that are left out or changed.
+    environment : ConstantEnvironment or EnvironmentMap, optional
+        Of the world, compiled before.
 
     Returns
     -------
@@ -86,7 +88,8 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics):
     emissive, surfaces = _emissive_surfaces(geometry, emission_of_material, builder, first_object)
     kinds = builder.kinds() + surfaces
     emitter = [builder.emitters(), *(geometry.object[np.atleast_2d(k.prim)[0]] + first_object for k in surfaces)]
-    environment = compile_world(scene.world, diagnostics, geometry.view)
+    if environment is None:
+        environment = compile_world(scene.world, diagnostics, geometry.view)
     if not environment.is_constant and environment.suns is not None:
         suns = environment.suns
         builder.classic += [ParallelLight(*sun) for sun in zip(suns.axis.T, suns.irradiance.T, strict=True)]

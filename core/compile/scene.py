@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from ..interaction import make_interact
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, Context
 from ..sampling.sampler import Sampler
 from ..spaces import View
+from .again import asks_for_camera, same_lights, same_shapes
 from .features import Feature, features_of, names
 from .geometry import compile_geometry
 from .lights import compile_lights
@@ -45,6 +47,8 @@ class CompiledScene:
 
     Attributes
     ----------
+    described : core.scene.Scene
+        What was compiled.
     geometry, accel, materials, lights, camera, sampler
         The tables, by subject.
     emissive_prim, transparent_prim, clear_prim : (P + 1,) bool
@@ -57,15 +61,18 @@ class CompiledScene:
         What the scene needs, and what the methods therefore run.
     """
 
-    def __init__(self, scene, settings, diagnostics, force_features=None):
-        self.diagnostics = diagnostics
+    def __init__(self, scene, settings, diagnostics, force_features=None, before=None):
+        self.described, self.diagnostics = scene, diagnostics
+        self._shows_uv = "uv" in settings.guides.names
         needs = needs_of(_materials_of(scene))
-        if "uv" in settings.guides.names:
+        if self._shows_uv:
             needs.uvs.add("")
-        geometry = compile_geometry(scene, needs.uvs, diagnostics, needs)
+        shapes_stay = before is not None and before._shows_uv == self._shows_uv and same_shapes(before.described, scene)
+        geometry = before.geometry if shapes_stay else compile_geometry(scene, needs.uvs, diagnostics, needs)
         view = View(scene.camera, settings.width, settings.height, geometry.origin)
         self.geometry = replace(geometry, view=view)
-        self.materials = compile_materials(self.geometry.materials, diagnostics)
+        materials_stay = before is not None and _are(before.geometry.materials, geometry.materials)
+        self.materials = before.materials if materials_stay else compile_materials(geometry.materials, diagnostics)
         self._interact = make_interact(self.geometry)
         self.needs_rays = self.geometry.count > self.geometry.triangle_count
         emission_of = self.materials.emission
@@ -73,8 +80,10 @@ class CompiledScene:
         self._textured_emission = any(textured)
         table = [np.zeros(3) if e is None or isinstance(e, str) else e for e in emission_of]
         self._emission_table = np.array(table, np.float32).reshape(-1, 3).T.copy()
-        emission = [(self._mean_emission(m), self.emission_at) if t else emission_of[m] for m, t in enumerate(textured)]
-        self.lights = compile_lights(scene, self.geometry, emission, diagnostics)
+        if shapes_stay and same_lights(before.described, scene) and not self._light_follows_camera():
+            self.lights = before.lights
+        else:
+            self.lights = self._compile_lights(textured, emission_of, before)
         self.camera = CameraRays(scene.camera, settings.width, settings.height, self.geometry.origin)
         self.sampler = Sampler(settings.seed)
         programs = self.materials.programs
@@ -95,7 +104,7 @@ class CompiledScene:
         numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
-        self.accel = Accel(self.geometry)
+        self.accel = before.accel if shapes_stay else Accel(self.geometry)
         self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
         if not self.visibility.is_plain:
             self.needed |= Feature.VISIBILITY
@@ -109,9 +118,34 @@ class CompiledScene:
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
 
+    def _compile_lights(self, textured, emission_of, before):
+        emission = [(self._mean_emission(m), self.emission_at) if t else emission_of[m] for m, t in enumerate(textured)]
+        world, environment = self.described.world, None
+        if before is not None and before.described.world is world and not asks_for_camera(world):
+            environment = copy.copy(before.lights.environment)  # of its own: it is told how often it is chosen
+        return compile_lights(self.described, self.geometry, emission, self.diagnostics, environment)
+
+    def _light_follows_camera(self):
+        """Whether the world, or a surface that is sampled as a light, may look different to another camera."""
+        shaders = self.geometry.materials if self._textured_emission else ()
+        return any(map(asks_for_camera, (self.described.world, *shaders)))
+
+    def seen_by(self, camera, width, height):
+        """A copy, of the same tables, for another camera; None where the light follows the camera."""
+        if self._light_follows_camera():
+            return None
+        other = copy.copy(self)
+        other.described = replace(self.described, camera=camera)
+        other.geometry = replace(self.geometry, view=View(camera, width, height, self.geometry.origin))
+        other._look(camera, width, height)
+        return other
+
     def look_through(self, camera, width, height):
         """Replace the camera and the size of the frame; nothing may be traced meanwhile."""
         self.geometry.view.look_through(camera, width, height)  # one object, which the world's shader shares
+        self._look(camera, width, height)
+
+    def _look(self, camera, width, height):
         self.camera = CameraRays(camera, width, height, self.geometry.origin)
         if self.camera.has_far:
             self.needed |= Feature.FAR_CLIP
@@ -199,7 +233,7 @@ class CompiledScene:
         return table
 
 
-def compile_scene(scene, settings, diagnostics, force_features=None):
+def compile_scene(scene, settings, diagnostics, force_features=None, before=None):
     """Compile a `core.scene.Scene`.
 
     Parameters
@@ -210,13 +244,21 @@ def compile_scene(scene, settings, diagnostics, force_features=None):
         Takes what the user must be told.
     force_features : Feature, optional
         Run these stages instead of those needed; a superset gives the same picture, bit for bit.
+    before : CompiledScene, optional
+        Of another frame or moment. Its tables serve again where meshes and materials are the same objects and nothing
+        else changed; the picture is the same, bit for bit.
 
     Raises
     ------
     SceneError
         When the scene cannot be rendered.
     """
-    return CompiledScene(scene, settings, diagnostics, force_features)
+    return CompiledScene(scene, settings, diagnostics, force_features, before)
+
+
+def _are(some, others):
+    """Whether two sequences hold the same objects."""
+    return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
 
 
 def _materials_of(scene):

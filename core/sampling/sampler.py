@@ -37,6 +37,9 @@ class Draw(enum.IntEnum):
         return int(self) + 4 * depth
 
 
+_SHUTTER = 0x3A57C1B5  # in the hash of the moments at which samples are taken
+
+
 class Sampler:
     """Numbers of one render.
 
@@ -89,6 +92,14 @@ class Sampler:
                 np.copyto(row, bits.view(np.int32), casting="unsafe")
                 np.multiply(row, _TO_UNIT, out=row)
         return out
+
+    def moment(self, sample):
+        """When, while the shutter is open, a sample is taken: in [0, 1), the same for all pixels.
+
+        In which 2^k-th it falls depends on the last k bits of its number alone: 2^k samples in a row fall into
+        different ones, and of two in the same one that follow each other, each is in another half of a film.
+        """
+        return _owen_int(reverse_int(sample), hash_int(self.seed * 0x9E3779B1 + _SHUTTER)) / 2**32
 
     def _shifted(self, group, dimension, keys, slots, samples, arena):
         points = [scrambled_sobol(group, s, self.seed)[dimension] for s in samples]

@@ -56,7 +56,7 @@ def stub_core(monkeypatch):
                 break
         return film
 
-    monkeypatch.setattr(compiling, "compile_scene", lambda scene, settings, diagnostics: None)
+    monkeypatch.setattr(compiling, "compile_scene", lambda scene, settings, diagnostics, before=None: None)
     monkeypatch.setattr(rendering, "render", render)
     return calls
 

@@ -8,7 +8,7 @@ import warnings
 import bpy
 import pytest
 
-from zraka.addon.export.material import Materials, export_material
+from zraka.addon.export.material import export_material
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.scene import Link
 
@@ -381,14 +381,6 @@ def test_outputs():
     assert "true displacement is not rendered yet" in t.diagnostics.messages()[0]
     t.tree.nodes.clear()
     assert t.export().surface is None
-
-
-def test_materials_are_exported_once():
-    t = Tree()
-    t.emission()
-    materials = Materials(None, Diagnostics())
-    assert materials(t.material) is materials(t.material)
-    assert materials(None) is None
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0), reason="materials always have nodes since 5.0")

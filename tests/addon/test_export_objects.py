@@ -337,13 +337,6 @@ def test_a_shadow_catcher_is_said_once_for_all_instances(scene):
     assert message.startswith("shadow catchers") and message.endswith("(object 'Child')")
 
 
-def test_motion_blur_is_said(scene):
-    scene.render.use_motion_blur = True
-    diagnostics = Diagnostics()
-    export(diagnostics)
-    assert diagnostics.messages() == ["motion blur is not rendered yet"]
-
-
 @pytest.mark.skipif(bpy.app.version < (5, 0), reason="the working space can be chosen since Blender 5.0")
 def test_another_working_space_is_said(scene):
     bpy.ops.wm.set_working_color_space(working_space="Linear Rec.2020")
@@ -351,3 +344,15 @@ def test_another_working_space_is_said(scene):
     export_scene(bpy.context.evaluated_depsgraph_get(), diagnostics)
     assert any("Linear Rec.2020" in message for message in diagnostics.messages())
     bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709")
+
+
+def test_materials_are_exported_once(scene):
+    material = bpy.data.materials.new("Shared")
+    for name in ("One", "Other", "Bare"):
+        mesh = quads(name)
+        if name != "Bare":
+            mesh.materials.append(material)
+        add(scene, name, mesh)
+    one, other, bare = export().instances
+    assert one.materials[0] is other.materials[0] is not None
+    assert not bare.materials

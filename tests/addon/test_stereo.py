@@ -138,6 +138,6 @@ def test_previews_are_short(scene, monkeypatch):
     class Graph:
         scene_eval = scene
 
-    session.export_views(Engine, Graph)
+    session.export_views(Engine, Graph, None)
     assert jobs[0]["samples"] <= 16
     assert jobs[0]["time_limit"] <= 0.5

@@ -40,6 +40,8 @@ class Layout:
     def template_preview(self, data):
         self._log.append("preview")
 
+    template_curve_mapping = prop
+
     def template_icon(self, icon, scale):
         self._log.append("icon")
 

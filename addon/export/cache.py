@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What one export hands to the next: the meshes, materials, images and the world that did not change.
+
+Everything else, matrices and lamps and object attributes among it, is read anew each time: it costs little. The same
+Python objects come out for the same things, by which the compiler knows what it may use again.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import bpy
+
+from .updates import address
+
+_SOURCES = bpy.types.Image | bpy.types.Texture | bpy.types.ShaderNodeTree
+
+
+class Kept(NamedTuple):
+    """Something exported, and the addresses of the IDs that it was made of.
+
+    needs: of a mesh, what was read of it, a `Needs`; passing: whether no update tells of all that it shows.
+    """
+
+    value: object
+    owners: frozenset = frozenset()
+    needs: object = None
+    passing: bool = False
+
+
+class ExportCache:
+    """Things exported, by where Blender has them.
+
+    Each export leaves only what it used itself. Before each, and after every step in time, `follow` is to be called.
+
+    Attributes
+    ----------
+    meshes, materials, images, worlds : dict
+        `Kept` by key. A key alone does not tell that a thing is still the same: Blender uses its memory again.
+    """
+
+    def __init__(self):
+        self._graph = None
+        self.clear()
+
+    def clear(self):
+        """Forget everything."""
+        self.meshes, self.materials, self.images, self.worlds = {}, {}, {}, {}
+
+    def follow(self, depsgraph, shading=True):
+        """Forget what the updates of `depsgraph` (bpy.types.Depsgraph) name.
+
+        Parameters
+        ----------
+        shading : bool
+            Whether materials and the world follow too; those of a frame stay while its shutter is open, as in Cycles.
+        """
+        graph = depsgraph.scene.name_full, depsgraph.view_layer.name
+        if graph != self._graph:
+            self.clear()
+        self._graph = graph
+        shapes, shaders, sources = set(), set(), False
+        for update in depsgraph.updates:
+            thing = update.id
+            if update.is_updated_geometry:
+                shapes.add(address(thing))
+            if isinstance(thing, bpy.types.Material | bpy.types.World):
+                shaders.add(address(thing))
+            elif isinstance(thing, _SOURCES):
+                sources |= not thing.is_embedded_data
+        self.meshes = _without(self.meshes, shapes)
+        if not shading:
+            return
+        if sources:
+            self.materials, self.images, self.worlds = {}, {}, {}
+        self.materials, self.worlds = (
+            {key: kept for key, kept in _without(things, shaders).items() if not kept.passing}
+            for things in (self.materials, self.worlds)
+        )
+
+
+def _without(kept, owners):
+    if not owners:
+        return kept
+    return {key: thing for key, thing in kept.items() if not (thing.owners & owners)}
