@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .neighbours import neighbours_mean
 from .sampling.color import luminance
 
 LEAST_SAMPLES = 16  # of every pixel before any is judged
@@ -20,8 +21,8 @@ _LEAST_SHARE, _LARGEST_SHARE = 0.25, 8.0  # of the mean number of samples: no pi
 
 def importance(film):
     """How many samples each pixel of a `Film` deserves, (H·W,) float64 with mean near 1."""
-    noise = _around(film.pixel_error() * np.sqrt(film.counts()).reshape(film.height, film.width))
-    square = _around(np.square(luminance(film.mean())).reshape(film.height, film.width))
+    noise = _around(np.sqrt(film.variance() * film.counts()), film)
+    square = _around(np.square(luminance(film.mean())), film)
     share = noise / np.sqrt(square + max(_FLOOR**2 * float(square.mean()), np.finfo(np.float64).tiny))
     for _ in range(4):  # limiting moves the mean
         mean = float(share.mean())
@@ -55,16 +56,6 @@ def _balanced(samples):
     return np.where(samples >= 1.5 * power, 1.5 * power, power)
 
 
-def _around(values):
-    """Mean of every pixel's neighbours (H, W), without the pixel itself."""
-    height, width = values.shape
-    total, number = (_box(np.pad(a, _REACH + 1)) for a in (values, np.ones_like(values)))
-    total, number = total[:height, :width] - values, number[:height, :width] - 1
-    return np.where(number > 0, total / np.maximum(number, 1), values)
-
-
-def _box(padded):
-    """Sums over squares of 2 `_REACH` + 1, by sums of sums."""
-    size = 2 * _REACH + 1
-    sums = padded.cumsum(axis=0).cumsum(axis=1)
-    return sums[size:, size:] - sums[:-size, size:] - sums[size:, :-size] + sums[:-size, :-size]
+def _around(values, film):
+    """Mean of every pixel's neighbours, (H, W), without the pixel itself."""
+    return neighbours_mean(values.reshape(film.height, film.width), _REACH)

@@ -1,20 +1,39 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where samples are summed: the mean picture and how large its error is.
 
-Sums are float64: a million samples of one value keep their mean. They stand in the order in which pixels are traced, so
+Sums are float64: a million samples of one value keep their mean. Beside them stand the means at the last three powers
+of two of samples, from which the error is told (`core.estimate`). All stand in the order in which pixels are traced, so
 that a task adds to one piece of memory.
 """
 
 from __future__ import annotations
 
+import math
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
 
+from . import estimate
 from .arena import uninitialised
+from .neighbours import box
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
+_JUDGED = 1 << 18  # pixels that tell a picture's error; more would cost time and tell little
+_BAND = 16  # rows
+_REACH = 2  # pixels to each side that share their errors' squares
+
+INTERVAL_95 = 2.06
+"""A pixel's mean ± this many `pixel_error` holds the truth in 95% of pixels: Student's t of 25 pixels' squares."""
+
+
+class Step(NamedTuple):
+    """What a film was after a pass: samples of a pixel, seconds since the start, estimated relative error."""
+
+    samples: float
+    seconds: float
+    error: float
 
 
 class Film:
@@ -28,18 +47,32 @@ class Film:
         Whether samples carry a fourth channel; else alpha is 1.
     places : (H·W,) int, optional
         Which pixel of the region, ``y * width + x``, is traced when; None is in this order.
+
+    Attributes
+    ----------
+    samples : int
+        Of every pixel, after the last whole pass.
+    history : list of Step
+        After each pass.
+    stats : dict
     """
 
     def __init__(self, width, height, alpha=False, places=None):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
-        self._places = np.arange(height * width) if places is None else places
-        self._sums = _zeros((4 if alpha else 3, height * width))
-        # The luminance of one half of the samples, which tells the error of the mean of both.
-        self._half = _zeros((height * width,))
-        self._counts = _zeros((2, height * width), np.int32)
+        total = height * width
+        # Where each pixel of the region stands in the order of tracing.
+        self._order = np.arange(total, dtype=np.int32)
+        if places is not None:
+            self._order[places] = np.arange(total, dtype=np.int32)
+        self._sums = _zeros((4 if alpha else 3, total), np.float64)
+        # The mean colour of the first n/2, n/4 and n/8 samples, n the power of two that a pixel fills.
+        self._marks = _zeros((3, 3, total), np.float32)
+        self._counts = _zeros((total,), np.int32)
+        self._ratio = None  # of `estimate.ratio_of`, once it was seen
         self.nonfinite = 0
+        self.history = []
         self.stats = {}
 
     def add(self, where, radiance, samples):
@@ -48,11 +81,11 @@ class Film:
         Parameters
         ----------
         where : slice or (P,) int
-            Which pixels, by their numbers in the order of `places`; unique.
+            Which pixels, by their numbers in the order of tracing; unique.
         radiance : (C, len(samples) · P) float32
             One block of P lanes for each sample.
         samples : sequence of int
-            Sample numbers, ascending.
+            Sample numbers, ascending; each pixel's follow one another from 0.
 
         Returns
         -------
@@ -62,91 +95,157 @@ class Film:
         finite = np.isfinite(radiance)
         bad = np.zeros(0, np.intp) if finite.all() else np.flatnonzero(~finite.all(axis=0))
         radiance[:, bad] = 0
-        in_half = [sample.bit_count() & 1 == 0 for sample in samples]
-        light = luminance(radiance)
+        marked = {k: number for k, number in enumerate(samples) if number and number & (number - 1) == 0}
         with self._lock:
-            for channel, rows in zip(self._sums, radiance, strict=True):
-                _accumulate(channel, where, rows, [True] * len(in_half))
-            _accumulate(self._half, where, light, in_half)
-            self._counts[0][where] += sum(in_half)
-            self._counts[1][where] += len(in_half) - sum(in_half)
+            # Block after block, so that the chunk's size changes no bit.
+            for channel, rows in enumerate(radiance):
+                own = self._sums[channel][where]
+                for k, block in enumerate(np.split(rows, len(samples))):
+                    if k in marked and channel < 3:
+                        self._mark(channel, where, own / marked[k])
+                    own += block
+                if not isinstance(where, slice):  # of a slice, `own` is a view
+                    self._sums[channel][where] = own
+            self._counts[where] += len(samples)
         return bad.size
+
+    def _mark(self, channel, where, mean):
+        half, quarter, eighth = self._marks[:, channel]
+        eighth[where] = quarter[where]
+        quarter[where] = half[where]
+        half[where] = mean
 
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
         with self._lock:
-            return self._placed(self._sums / np.maximum(self._counts.sum(axis=0), 1))
+            return (self._sums / np.maximum(self._counts, 1))[:, self._order]
 
     def counts(self):
         """Samples of each pixel, (H·W,) int32."""
         with self._lock:
-            return self._placed(self._counts.sum(axis=0, dtype=np.int32))
+            return self._counts[self._order]
 
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
         out = np.ones((self.height * self.width, 4), np.float32)
-        with self._lock:
-            for part in self._parts():
-                count = np.maximum(self._counts[:, part].sum(axis=0), 1)
-                out[self._places[part], : len(self._sums)] = (self._sums[:, part] / count).T
+        for part in self._parts():
+            pixels = self._order[part]
+            with self._lock:
+                out[part, : len(self._sums)] = (self._sums[:, pixels] / np.maximum(self._counts[pixels], 1)).T
         return out.reshape(self.height, self.width, 4)
 
-    def pixel_error(self):
-        """Estimated standard error (H, W) of each pixel's luminance; infinite where a half has no sample."""
-        error = np.zeros(self.height * self.width)
-        with self._lock:
-            for part in self._parts():
-                error[part] = self._halves(part)[0]
-        return self._placed(error).reshape(self.height, self.width)
+    # -- the error -----------------------------------------------------------------------------------------------------
 
     def error(self):
-        """Estimated relative RMSE: root mean square of the pixels' errors over the picture's mean luminance.
+        """Estimate of the picture's relative RMSE as `core.report.error` measures it.
 
-        Infinite before both halves hold a sample; 0 for a black picture without error.
+        Infinite before every pixel has two samples; 0 for a black picture without error. Large pictures are judged by
+        bands of rows at even distances.
         """
-        square = level = 0.0
         with self._lock:
-            for part in self._parts():
-                error, mean = self._halves(part)
-                square, level = square + float(np.sum(error**2)), level + float(np.sum(mean))
-        count = self.height * self.width
-        if not np.isfinite(square):
-            return float("inf")
-        rmse, level = (square / count) ** 0.5, level / count
-        return rmse / level if level > 0 else (0.0 if rmse == 0 else float("inf"))
+            if self._counts.min() < 2:
+                return math.inf
+        bands = [self._gains(_colour, self._order[band]) for band in self._bands()]
+        noisy = [(picture.reshape(3, -1, self.width), gains[0].reshape(-1, self.width)) for picture, gains, _ in bands]
+        weight = estimate.noisy_weights(noisy)
+        gains, counts = (np.concatenate(column, axis=-1) for column in list(zip(*bands, strict=True))[1:])
+        self._see_ratio(gains, weight, counts)
+        return estimate.relative_error(gains[0] * self._remaining(counts), weight)
 
-    def _placed(self, values):
-        """Values (..., H·W) of the pixels in the order of the region."""
-        out = np.zeros_like(values)
-        out[..., self._places] = values
+    def variance(self):
+        """Estimated variance (H·W,) of each pixel's luminance from its own samples alone; infinite below two.
+
+        One pixel's says little; on the mean over many it is right.
+        """
+        if self._ratio is None:
+            self.error()
+        out = np.zeros(self.height * self.width, np.float32)
+        for part in self._parts():
+            _, gains, counts = self._gains(_luminance, self._order[part])
+            out[part] = np.where(counts < 2, np.inf, gains[0] * self._remaining(counts))
         return out
+
+    def pixel_error(self):
+        """Estimated standard error (H, W) of each pixel's luminance; infinite below two samples.
+
+        The root of the mean variance of 5 × 5 pixels. See `INTERVAL_95`.
+        """
+        variance = self.variance().reshape(self.height, self.width)
+        known = np.isfinite(variance)
+        total = box(np.where(known, variance, 0), _REACH) / np.maximum(box(known.astype(np.float64), _REACH), 1)
+        return np.where(known, np.sqrt(total), np.inf)
+
+    def _gains(self, squares, pixels):
+        """What the last doublings of the samples of `pixels` (P,) gained, by one sample each.
+
+        Parameters
+        ----------
+        squares : callable
+            From a difference of colours (3, P) to its square (P,).
+        pixels : (P,) int
+            By their numbers in the order of tracing.
+
+        Returns
+        -------
+        picture : (3, P) float32
+        gains : (3, P) float32
+            The latest first: that of the doubling which `estimate.remaining` names.
+        counts : (P,) int32
+        """
+        with self._lock:
+            counts = self._counts[pixels]
+            picture = (self._sums[:3, pixels] / np.maximum(counts, 1)).astype(np.float32)
+            half, quarter, eighth = self._marks[:, :, pixels]
+        steps = [squares(half - picture), squares(quarter - half), squares(eighth - quarter)]
+        gains = np.where(_is_doubled(counts), steps, [*steps[1:], np.zeros_like(steps[0])])
+        return picture, gains, counts
+
+    def _see_ratio(self, gains, weight, counts):
+        """Learn how doublings compare from the pixels that have just completed one, where they are many."""
+        known, first = np.flatnonzero(_is_doubled(counts) & (counts >= 4)), 8
+        if 4 * known.size < counts.size:
+            if self._ratio is not None or counts.min() < 5:
+                return
+            known, first = slice(None), math.inf  # between two doublings, of which none was seen
+        means = [estimate.trimmed_mean(gain[known] * weight[known]) for gain in gains]
+        self._ratio = estimate.ratio_of(*means if counts[known].min() >= first else means[:2])
+
+    def _remaining(self, counts):
+        """`estimate.remaining` of each pixel, 0 below two samples."""
+        ratio = estimate.UNSEEN_RATIO if self._ratio is None else self._ratio
+        factors = np.zeros(counts.max() + 1, np.float32)
+        for number in np.flatnonzero(np.bincount(counts)):
+            factors[number] = estimate.remaining(int(number), ratio) if number > 1 else 0.0
+        return factors[counts]
 
     def _parts(self):
         """Slices of the pixels, so that what is computed from them stays small."""
         total = self.height * self.width
         return [slice(start, min(start + _PART, total)) for start in range(0, total, _PART)]
 
-    def _halves(self, part):
-        """Half the difference of both halves' mean luminance, infinite where one has no sample; and the whole's."""
-        counts, whole, half = self._counts[:, part], luminance(self._sums[:, part]), self._half[part]
-        one, other = np.maximum(counts, 1)
-        error = np.abs(half / one - (whole - half) / other) / 2
-        error[np.min(counts, axis=0) == 0] = np.inf
-        return error, whole / np.maximum(counts.sum(axis=0), 1)
+    def _bands(self):
+        """Slices of whole rows by which the error is judged: all of small pictures, an even share of large ones."""
+        step = max(self.height * self.width // _JUDGED, 1)
+        starts = range(0, self.height, _BAND * step) if step > 1 else (0,)
+        rows = _BAND if step > 1 else self.height
+        return [slice(y * self.width, min(y + rows, self.height) * self.width) for y in starts]
 
 
-def _accumulate(total, where, rows, chosen):
-    """Add the `chosen` blocks of `rows` to `total`, one after the other, so that the chunk's size changes no bit."""
-    own = total[where]
-    for k, is_chosen in enumerate(chosen):
-        if is_chosen:
-            own += rows[k * own.size : (k + 1) * own.size]
-    if not isinstance(where, slice):  # of a slice, `own` is a view
-        total[where] = own
-
-
-def _zeros(shape, dtype=np.float64):
+def _zeros(shape, dtype):
     """Written at once, for which numpy asks huge pages; `numpy.zeros` would get small ones as it is filled."""
     out = uninitialised(shape, dtype)
     out.fill(0)
     return out
+
+
+def _is_doubled(counts):
+    """Whether they are powers of two above 1."""
+    return (counts > 1) & (counts & (counts - 1) == 0)
+
+
+def _colour(difference):
+    return np.square(difference).sum(axis=0)
+
+
+def _luminance(difference):
+    return np.square(luminance(difference))

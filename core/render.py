@@ -8,6 +8,7 @@ in the order of the samples, so the picture does not depend on threads, tiles or
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -19,9 +20,10 @@ import numpy as np
 
 from . import adaptive
 from .arena import uninitialised
-from .film import Film
+from .film import Film, Step
 from .methods import method_of
 from .methods.wavefront import Chunk, Worker
+from .report.forecast import Forecast
 from .shutter import Shutter
 
 _POLL = 0.05  # seconds between two looks at `cancelled`
@@ -30,6 +32,9 @@ _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _FIRST_LANES = 1 << 18  # of the first pass, at most
 _MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
+_FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
+_MOST = 1 << 30  # samples; more are as good as no goal
+_SHARE_OF_WAY = 0.8  # of the doublings to a noise target, made in one pass: falling short costs a pass, not time
 
 
 def render(compiled, settings, on_pass=None, cancelled=None):
@@ -47,8 +52,8 @@ def render(compiled, settings, on_pass=None, cancelled=None):
     Returns
     -------
     Film
-        With `stats`: seconds, rays, embree_seconds, nonfinite, threads, stopped ("samples", "time", "noise" or
-        "cancelled").
+        With `history`, a step for each pass, and `stats`: seconds, error, rays, embree_seconds, nonfinite, threads,
+        stopped ("samples", "time", "noise" or "cancelled").
     """
     return _Render(compiled, settings).run(on_pass or (lambda film, progress: None), cancelled or (lambda: False))
 
@@ -76,20 +81,42 @@ class _Render:
         stopped = None
         with ThreadPoolExecutor(len(self._workers)) as pool:
             try:
-                for first, count in passes(settings.samples, self._pixels.size):
+                for first, count in passes(settings.samples, self._pixels.size, self._longest):
                     stopped = self._pass(pool, first, count, on_pass, cancelled)
                     if stopped:
                         break
                     film.samples = first + count
+                    self._note(film.samples)
                     self._show(on_pass, film.samples)
                     stopped = self._reached()
                     if stopped:
                         break
             finally:
                 self._stop.set()
+        if stopped in ("time", "cancelled") and film.counts().mean() > film.samples:
+            self._note(float(film.counts().mean()))
         self._write_stats()
         film.stats["stopped"] = stopped or "samples"
         return film
+
+    def _note(self, samples):
+        """Add a step to the film's history."""
+        seconds = time.perf_counter() - self._start
+        self._film.history.append(Step(samples, seconds, self._film.error()))
+
+    def _longest(self, first):
+        """How many samples the pass after `first` may have at most, for the stopping rules not to be overrun."""
+        settings, forecast = self._settings, Forecast(self._film.history)
+        longest = _LONGEST_PASS
+        if settings.noise_target and not first:
+            longest = _FIRST_JUDGED
+        if settings.noise_target and forecast.is_known:
+            more = forecast.samples_to(settings.noise_target) / first
+            longest = min(longest, step_towards(first, first * more**_SHARE_OF_WAY))
+        if settings.time_limit and first:
+            left = settings.time_limit - (time.perf_counter() - self._start)
+            longest = min(longest, max(1, int(left / forecast.seconds_a_sample())))
+        return longest
 
     def _pass(self, pool, first, count, on_pass, cancelled):
         """Add samples to the pixels; says why it stopped early, or None."""
@@ -165,8 +192,11 @@ class _Render:
     def _batches(self, first, count, pixels):
         """Yield (method, sample numbers) of chunks, moment after moment where the shutter is open for a time."""
         at_once = max(1, min(self._chunk // pixels, _MOST_SAMPLES))
-        samples = range(first, first + count)
-        shares = self._shutter.share(samples) if self._shutter else [(0, samples)]
+        if self._shutter:
+            # The film marks powers of two, before which all samples of lower numbers must have been added.
+            shares = [share for doubling in _doublings(first, count) for share in self._shutter.share(doubling)]
+        else:
+            shares = [(0, range(first, first + count))]
         for moment, numbers in shares:
             for start in range(0, len(numbers), at_once):
                 yield self._methods[moment], tuple(numbers[start : start + at_once])
@@ -176,7 +206,7 @@ class _Render:
         settings, film = self._settings, self._film
         if self._out_of_time():
             return "time"
-        if settings.noise_target and film.error() <= settings.noise_target:
+        if settings.noise_target and film.history[-1].error <= settings.noise_target:
             return "noise"
         return None
 
@@ -189,6 +219,7 @@ class _Render:
         self._film.nonfinite = sum(w.nonfinite for w in workers)
         self._film.stats.update(
             seconds=time.perf_counter() - self._start,
+            error=self._film.history[-1].error if self._film.history else float("inf"),
             rays={kind: sum(w.rays[kind] for w in workers) for kind in workers[0].rays},
             embree_seconds=sum(w.clock.seconds for w in workers) / len(workers),
             nonfinite=self._film.nonfinite,
@@ -197,20 +228,38 @@ class _Render:
         )
 
 
-def passes(samples, pixels):
+def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
     """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
 
     Powers of four leave the Sobol points of every pass balanced. Small pictures begin with a higher one: less would not
-    be worth the calls.
+    be worth the calls. ``longest(first)`` is asked before each pass.
     """
     first, count = 0, 1
     while 4 * count * pixels <= _FIRST_LANES and count < adaptive.LEAST_SAMPLES:
         count *= 4
     while first < samples:
-        count = min(count, samples - first)
+        count = min(count, longest(first), samples - first)
         yield first, count
         first += count
-        count = min(3 * first, _LONGEST_PASS)
+        count = 3 * first
+
+
+def _doublings(first, count):
+    """Ranges that make up `count` numbers from `first` on, cut at powers of two."""
+    while count:
+        part = min(count, (1 << first.bit_length()) - first)
+        yield range(first, first + part)
+        first, count = first + part, count - part
+
+
+def step_towards(first, goal):
+    """Samples from `first` to the goal, so that all are 4, 5, 6 or 7 times a power of two, or fewer than 8; at least 1.
+
+    Between them Sobol points are out of balance; an error that falls by their root meets a target within 6% to 12%.
+    """
+    goal = math.ceil(min(max(goal, first + 1), _MOST))
+    grain = max(1, (1 << goal.bit_length() - 1) // 4)
+    return -(-goal // grain) * grain - first
 
 
 def _ranges(count, number):

@@ -30,6 +30,8 @@ CAMERA = {"core.camera_lens", "core.camera_panorama"}
 TABLES = SAMPLING | {"core.accel", "core.partial", "core.planes", "core.camera", "core.camera_window"} | CAMERA
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
 METHODS = COMPILE | {"core.methods"}
+# Measures and forecasts know arrays alone, so that a film may be judged by what reports are.
+FILM = SAMPLING | {"core.neighbours", "core.report.error"}
 RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
@@ -56,9 +58,11 @@ MAY_IMPORT = {
     "core.compile": COMPILE,
     "core.methods": METHODS,
     "core.shutter": COMPILE,
-    "core.film": SAMPLING,
-    "core.adaptive": SAMPLING,
-    "core.render": RENDER,
+    "core.neighbours": set(),
+    "core.estimate": FILM,
+    "core.film": FILM | {"core.estimate"},
+    "core.adaptive": FILM,
+    "core.render": RENDER | {"core.report.forecast"},
     "core.report": RENDER,
 }
 
@@ -91,8 +95,13 @@ def wrong_imports(path, source):
     allowed = MAY_IMPORT.get(room, set()) | {room}
     banned = {"bpy", "mathutils", "gpu", "addon"} | (set() if room == "core.accel" else {"embreex"})
     wrong += [n for n in names if n.split(".")[0] in banned]
-    wrong += [n for n in names if n.startswith("core.") and ".".join(n.split(".")[:2]) not in allowed]
+    wrong += [n for n in names if n.startswith("core.") and not _rooms(n) & allowed]
     return wrong
+
+
+def _rooms(name):
+    """The room of a dotted name, and the file in it: one file of a room may be allowed alone."""
+    return {".".join(name.split(".")[:depth]) for depth in (2, 3)}
 
 
 def relative_id(path):

@@ -140,7 +140,7 @@ def _stats(bpy, job, compiled, film, times):
     """Gather what the JSON file holds; numbers that are not finite become null."""
     from ... import __version__
 
-    settings, error = job.settings, film.error()
+    settings, error = job.settings, film.stats["error"]
     return {
         "zraka": __version__,
         "bpy": bpy.app.version_string,

@@ -80,8 +80,9 @@ def weights(reference):
 
 def trimmed_mean(values, trim=TRIM):
     """Mean without the `trim` largest of `values`, a share."""
-    values = np.sort(np.ravel(values))
-    return float(values[: max(1, values.size - math.floor(trim * values.size))].mean())
+    values = np.ravel(values)
+    kept = max(1, values.size - math.floor(trim * values.size))
+    return float(np.partition(values, kept - 1)[:kept].mean(dtype=np.float64))
 
 
 def noise(runs, weight, trim=TRIM):

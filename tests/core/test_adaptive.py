@@ -6,6 +6,7 @@ import pytest
 
 from zraka.core import adaptive
 from zraka.core.film import Film
+from zraka.core.neighbours import neighbours_mean
 
 SIZE = 32
 
@@ -72,7 +73,7 @@ def mean_deviation(judge):
 
 def test_neighbours_judge_without_bias():
     def by_neighbours(noise):
-        around = adaptive._around(noise.reshape(SIZE, SIZE)).ravel()
+        around = neighbours_mean(noise.reshape(SIZE, SIZE), adaptive._REACH).ravel()
         return around > np.median(around)
 
     assert abs(mean_deviation(by_neighbours)) < 4
@@ -83,8 +84,22 @@ def test_a_pixel_that_judges_itself_is_biased():
     assert mean_deviation(lambda noise: noise > np.median(noise)) < -4
 
 
-def test_neighbours_of_a_single_pixel():
-    np.testing.assert_array_equal(adaptive._around(np.array([[3.0]])), [[3.0]])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (3, 2), (9, 30)])
+def test_neighbours_mean_is_that_of_the_others(shape):
+    values = np.random.default_rng(3).random(shape)
+    for y, x in np.ndindex(shape):
+        around = values[max(y - 2, 0) : y + 3, max(x - 2, 0) : x + 3]
+        others = (around.sum() - values[y, x]) / (around.size - 1) if around.size > 1 else values[y, x]
+        assert neighbours_mean(values, 2)[y, x] == pytest.approx(others, rel=1e-6)
+
+
+def test_the_estimate_stays_honest(half_noisy):
+    """Pixels with more samples and fewer, each judged by its own number."""
+    films = [render(half_noisy, 64, seed) for seed in range(6)]
+    true = np.sqrt(np.mean([np.mean((film.mean()[0] - 1) ** 2) for film in films]))
+    told = np.sqrt(np.mean([film.error() ** 2 for film in films]))
+    assert told == pytest.approx(true, rel=0.15)
+    assert 1.3 * told != pytest.approx(true, rel=0.15)
 
 
 def test_targets_keep_to_the_mean():

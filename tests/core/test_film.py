@@ -4,7 +4,12 @@
 import numpy as np
 import pytest
 
-from zraka.core.film import Film
+from zraka.core import estimate
+from zraka.core.film import INTERVAL_95, Film
+from zraka.core.report.error import relative_rmse, weights
+from zraka.core.sampling.sampler import reverse_int
+
+from .scenes import cornell, film_of
 
 
 def filled(noise, samples, seed=0, size=64):
@@ -30,17 +35,70 @@ def test_large_and_small_samples_add_up():
     np.testing.assert_allclose(film.mean()[:, 0] * 1001, 1e9 + 1000, rtol=1e-12)
 
 
-@pytest.mark.parametrize("samples", [4, 16, 64])
+def true_error(film):
+    """Relative RMSE against a picture of ones that is known exactly."""
+    ones = np.ones((2, film.height, film.width, 3))
+    return relative_rmse(film.image()[..., :3], ones, weights(ones[0]))
+
+
+@pytest.mark.parametrize("samples", [4, 6, 8, 11, 16, 48, 64])
 def test_estimated_error_is_the_true_one_for_independent_samples(samples):
     film = filled(0.5, samples)
-    true = np.sqrt(np.mean((film.image()[..., :3] - 1) ** 2))
-    # The estimate is of luminance, whose weights make independent channels' noise smaller.
-    weights = np.sqrt(0.2126**2 + 0.7152**2 + 0.0722**2)
-    assert film.error() == pytest.approx(true * weights, rel=0.06)
+    assert film.error() == pytest.approx(true_error(film), rel=0.1)
+
+
+def stratified(samples, seed, size=48):
+    """Samples of a ramp at points that are one to each stratum: halves that balance each other."""
+    film, rng = Film(size, size), np.random.default_rng(seed)
+    pixels, shift = np.arange(size * size), rng.integers(0, 1 << 32, size * size, np.uint32)
+    for sample in range(samples):
+        point = np.uint32(reverse_int(sample)) ^ shift
+        value = 1 + point * 2.0**-32 - 0.5 + 0.2 * rng.standard_normal(pixels.size)
+        film.add(pixels, np.tile(value, (3, 1)).astype(np.float32), (sample,))
+    return film
+
+
+@pytest.mark.parametrize("samples", [8, 16, 64])
+def test_estimated_error_of_balanced_samples(samples):
+    film = stratified(samples, 1)
+    assert film.error() == pytest.approx(true_error(film), rel=0.15)
+    assert 1.3 * film.error() != pytest.approx(true_error(film), rel=0.15)
+
+
+def test_a_difference_of_halves_alone_would_be_too_large_for_balanced_samples():
+    """Why the estimate goes by how doublings compare."""
+    film = stratified(4, 1)
+    gains = film._gains(lambda difference: np.square(difference).sum(axis=0), np.arange(film.width * film.height))[1]
+    assert np.sqrt(gains[0].mean() / 3) > 1.15 * true_error(film)
+
+
+def coverage(film, factor=1.0):
+    reached = factor * INTERVAL_95 * film.pixel_error().ravel()
+    return float((np.abs(film.mean()[1] - 1) <= reached).mean())
+
+
+@pytest.mark.parametrize("samples", [8, 16, 23, 64])
+def test_intervals_of_pixels_hold_the_truth(samples):
+    film, rng = Film(64, 64), np.random.default_rng(5)
+    for sample in range(samples):
+        grey = 1 + 0.5 * rng.standard_normal(64 * 64)
+        film.add(np.arange(64 * 64), np.tile(grey, (3, 1)).astype(np.float32), (sample,))
+    assert 0.93 < coverage(film) < 0.97
+    assert not 0.93 < coverage(film, 1.3) < 0.97
+
+
+def test_fireflies_do_not_look_bright_to_the_estimate():
+    """A sample of a thousand times the others makes its pixel err by much more than it shows."""
+    film, rng = Film(64, 64), np.random.default_rng(6)
+    for sample in range(16):
+        grey = 1 + np.where(rng.random(64 * 64) < 1e-3, 100.0, 0.0)
+        film.add(np.arange(64 * 64), np.tile(grey, (3, 1)).astype(np.float32), (sample,))
+    assert film.error() == pytest.approx(true_error(film), rel=0.25)
 
 
 def test_error_is_unknown_from_one_sample_and_nothing_without_noise():
     assert filled(0.5, 1).error() == float("inf")
+    assert np.isinf(filled(0.5, 1).pixel_error()).all()
     assert filled(0.0, 2).error() == 0
 
 
@@ -60,3 +118,49 @@ def test_nonfinite_samples_are_counted_and_count_as_black():
     radiance = np.array([[np.nan, 1], [1, 1], [np.inf, 1]], np.float32)
     assert film.add(np.array([0, 1]), radiance, (0,)) == 1
     np.testing.assert_array_equal(film.image()[0, :, :3], [[0, 0, 0], [1, 1, 1]])
+
+
+# -- what remains of the variance --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 16, 24, 100])
+def test_independent_samples_lose_variance_by_their_number(count):
+    """The last doubling, to n or to m below it, gained as much as then was left."""
+    half = estimate.half_of(count)
+    left = half * 2 if count == half * 2 else half
+    assert estimate.remaining(count, 0.5) == pytest.approx(left / count)
+
+
+def test_remaining_of_nested_nets_by_simulation():
+    """A sum of three nets, each half the size of the one before, of points that balance each other."""
+    rng, count, pixels = np.random.default_rng(7), 28, 20000
+    shift = rng.integers(0, 1 << 32, pixels, np.uint32)
+    points = [(np.uint32(reverse_int(k)) ^ shift) * 2.0**-32 - 0.5 for k in range(32)]
+    sums = np.cumsum(points, axis=0)
+    variance = {n: np.mean((sums[n - 1] / n) ** 2) for n in (8, 16, 28)}
+    # Points of one dimension: each doubling quarters the variance.
+    assert variance[16] / variance[8] == pytest.approx(0.25, rel=0.05)
+    found = (variance[8] - variance[16]) * estimate.remaining(count, 0.25)
+    assert found == pytest.approx(variance[28], rel=0.1)
+
+
+def test_ratio_is_halfway_to_independence_or_by_two_doublings():
+    assert estimate.ratio_of(1.0, 2.0, 4.0) == pytest.approx(0.5)
+    assert estimate.ratio_of(3.0, 2.0, 1.0) == pytest.approx(0.5)
+    assert 0.25 < estimate.ratio_of(1.0, 4.0, 16.0) < 0.375
+    assert estimate.ratio_of(0.0, 0.0) == estimate.UNSEEN_RATIO
+
+
+# -- of a scene --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_estimated_error_of_a_scene():
+    """Root mean square over some pictures, against a reference of 64 times their samples."""
+    runs = np.stack([film_of(cornell(), 512, 64, seed=100 + k).image()[..., :3] for k in range(2)])
+    weight = weights(runs.mean(axis=0))
+    films = [film_of(cornell(), 16, 64, seed=seed) for seed in range(6)]
+    true = np.sqrt(np.mean([relative_rmse(film.image()[..., :3], runs, weight) ** 2 for film in films]))
+    told = np.sqrt(np.mean([film.error() ** 2 for film in films]))
+    assert told == pytest.approx(true, rel=0.15)
+    assert 1.3 * told != pytest.approx(true, rel=0.15)

@@ -2,6 +2,8 @@
 """What the methods promise of each other, and of threads, tiles, chunks and features."""
 
 import dataclasses
+import itertools
+import math
 import threading
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 from zraka.core.compile import compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.diagnostics import Diagnostics
-from zraka.core.render import passes, render
+from zraka.core.render import passes, render, step_towards
 from zraka.core.scene import AreaLight, Material, PointLight, Spheres
 from zraka.core.settings import METHODS, Settings
 
@@ -201,6 +203,26 @@ def test_time_limit_and_noise_target_stop_a_render():
     assert film_of(cornell(), 1 << 20, time_limit=0.2).stats["stopped"] == "time"
     film = film_of(cornell(), 1 << 20, noise_target=0.5)
     assert film.stats["stopped"] == "noise" and film.error() <= 0.5
+
+
+def test_a_noise_target_is_met_and_not_overrun():
+    first = film_of(cornell(), 4).error()
+    for share in (0.6, 0.3):
+        film = film_of(cornell(), 1 << 20, noise_target=share * first)
+        assert film.stats["stopped"] == "noise"
+        assert 0.75 < film.error() / (share * first) <= 1
+
+
+def test_steps_towards_a_goal_stay_balanced():
+    assert [step_towards(4, goal) for goal in (1, 5.2, 6, 13, 16)] == [1, 2, 2, 10, 12]
+    assert step_towards(64, 100) == 112 - 64 and step_towards(64, math.inf) == (1 << 30) - 64
+
+
+def test_history_tells_every_pass():
+    film = film_of(cornell(), 20, 130)
+    assert [step.samples for step in film.history] == [4, 16, 20]
+    assert all(a.seconds < b.seconds and a.error > b.error for a, b in itertools.pairwise(film.history))
+    assert film.stats["error"] == film.history[-1].error == film.error()
 
 
 def test_adaptive_sampling_does_not_depend_on_threads_or_tiles():

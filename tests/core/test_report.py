@@ -8,7 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from zraka.core.film import Step
 from zraka.core.report import error
+from zraka.core.report.forecast import Forecast
 from zraka.core.report.plot import Curve, plot
 from zraka.core.report.table import number, percent, table
 
@@ -193,3 +195,36 @@ def test_a_plot_is_a_png(tmp_path, log):
     path = tmp_path / "curves.png"
     plot(path, [Curve("one", [1, 2, 4], [1, 2, 4]), Curve("two", [1, 2], [3, 1])], "Title", "x", "y", log)
     assert path.read_bytes().startswith(b"\x89PNG")
+
+
+# -- what is to come ---------------------------------------------------------------------------------------------------
+
+
+def forecast(a=0.5, samples=(1, 4, 16, 64), start=0.2, each=0.05):
+    return Forecast([Step(n, start + each * n, math.inf if n == 1 else 0.4 * n**-a) for n in samples])
+
+
+def test_a_forecast_carries_the_error_on():
+    told = forecast()
+    assert told.slope == pytest.approx(0.5)
+    assert told.samples_to(0.4 / 16) == pytest.approx(256)
+    assert told.seconds_to(0.4 / 16) == pytest.approx(0.2 + 0.05 * 256)
+    assert told.error_at(0.2 + 0.05 * 256) == pytest.approx(0.4 / 16)
+
+
+def test_a_forecast_believes_a_steep_slope_by_half():
+    assert forecast(a=0.7).slope == pytest.approx(0.6)
+    assert forecast(a=-0.5).slope == 0.35
+    assert forecast(samples=(1, 4)).slope == 0.5
+
+
+def test_one_odd_step_does_not_turn_a_forecast():
+    steps = [Step(n, 0.1 * n, 0.4 * n**-0.5 * (1.5 if n == 128 else 1)) for n in (16, 32, 64, 128, 256)]
+    assert Forecast(steps).slope == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_forecast_of_nothing_is_unknown():
+    for history in ([], [Step(1, 0.1, math.inf)]):
+        told = Forecast(history)
+        assert not told.is_known
+        assert math.isnan(told.samples_to(0.1)) and math.isnan(told.error_at(3.0)) and math.isnan(told.seconds_to(0.1))
