@@ -6,11 +6,12 @@ PY := .venv/bin/python
 export PYTHON
 
 .DEFAULT_GOAL := help
-.PHONY: help venv render bench test test-all test-blender package samples lint clean
+.PHONY: help venv render bench report test test-all test-blender package samples lint clean
 
 help:
 	@echo "make render   path-trace sample_blends/cornell.blend to renders/cornell.png and .exr"
 	@echo "make bench    measure Zraka beside Cycles; tables and plots in renders/bench"
+	@echo "make report   error against run time of every sample scene, in build/reports (10 minutes)"
 	@echo "make test     ruff and all tests"
 	@echo "make test-blender  tests in whole Blenders, window and all (root on a Debian; see docs/blender.md)"
 	@echo "make test-all      the tests without a window, in every Blender from 4.2 on that has a Python module"
@@ -29,6 +30,10 @@ render: venv
 
 bench: venv
 	@$(PY) -m zraka bench --suite quick --output renders/bench
+
+# A minute for each of the 8 scenes, its page included.
+report: venv
+	@$(PY) -m zraka converge sample_blends/*.blend --time-limit 55 --output build/reports
 
 test: lint
 	@$(PY) -m pytest -n 2 --dist loadfile -m "not blender"

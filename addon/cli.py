@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: ``zraka render FILE.blend``, ``zraka bench``; ``python -m zraka``, ``blender --command zraka``.
+"""The command line: ``zraka render FILE.blend``, ``zraka bench`` ...; ``python -m zraka``, ``blender --command zraka``.
 
 Blender is imported after the arguments were found good. Exit codes: 0; 2 with one line for bad input; 130 when
 interrupted by Ctrl-C, with the samples so far in the file.
@@ -12,7 +12,7 @@ import sys
 import time
 
 from ..core.diagnostics import SceneError
-from .commands import bench, render
+from .commands import bench, compare, converge, render, thesis
 
 
 def main(argv=None):
@@ -56,7 +56,7 @@ def _parser():
     parser = _Parser(prog="zraka", description="Render Blender scenes with Zraka.")
     parser.add_argument("--version", action="version", version=f"zraka {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (render, bench):
+    for command in (render, converge, compare, thesis, bench):
         command.add_command(commands)
     return parser
 

@@ -18,10 +18,10 @@ import bpy
 from ..core.diagnostics import SceneError
 from ..core.settings import METHODS, Guides
 from . import headless
-from .contact import contact_sheet
 from .progress import error_text
 from .properties import ENGINE
 from .properties import METHODS as LABELS
+from .report.sheet import contact_sheet
 from .session import compile_job
 
 log = logging.getLogger(__name__)
@@ -107,13 +107,14 @@ class Comparison:
     def captions(self):
         """Name, seconds and estimated error of what is done."""
         return [
-            f"{_NAMES[method]}: {film.stats['seconds']:.2f} s, error {error_text(film)}"
+            f"{_NAMES[method]}\n{film.stats['seconds']:.2f} s, error {error_text(film)}"
             for method, film in self.films.items()
         ]
 
     def sheet(self):
         """All pictures in one, (H, W, 4) float32, row 0 at the bottom."""
-        return contact_sheet([film.image() for film in self.films.values()], self.captions())
+        pictures = [film.image()[::-1] for film in self.films.values()]
+        return contact_sheet(pictures, self.captions(), columns=2)[::-1]
 
     def _on_pass(self, film, progress):
         self._progress = progress

@@ -38,7 +38,7 @@ def match(scene):
     """Set Cycles to what `scene.zraka` says, and switch off whatever is not plain unbiased path tracing."""
     cycles, group, render = scene.cycles, scene.zraka, scene.render
     group.method, group.clamp_direct, group.clamp_indirect, group.noise_target = "PATHTRACE", 0.0, 0.0, 0.0
-    group.time_limit = 0.0
+    group.time_limit, group.adaptive = 0.0, False
     cycles.device, cycles.samples, cycles.seed = "CPU", group.samples, group.seed
     cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_animated_seed = False
     for kind in ("max", "diffuse", "glossy", "transmission"):
@@ -122,6 +122,8 @@ class Seen:
     compile_seconds: float | None = None
     compiled: object = None
     settings: object = None
+    film: object = None
+    features: dict = field(default_factory=dict)
     stats: dict = field(default_factory=dict)
     messages: list = field(default_factory=list)
 
@@ -160,6 +162,7 @@ def watched(force_features=None, interrupted=None):
         tests = [test for test in (cancelled, interrupted) if test]
         film = render(compiled, settings, on_pass, lambda: any(test() for test in tests))
         seen.settings, seen.stats, seen.messages = settings, film.stats, compiled.diagnostics.messages()
+        seen.film, seen.features = film, compiled.feature_report()
         return film
 
     session.export_job, compiling.compile_scene, rendering.render = watched_export, watched_compile, watched_render
@@ -178,11 +181,12 @@ class Interrupted(Exception):
 
 @dataclass
 class Run:
-    """One render: its picture, the operator's wall time, and what Zraka said of it."""
+    """One render: its picture, the operator's wall time, and what Zraka said of it, its own estimate of the error."""
 
     picture: np.ndarray
     seconds: float
     seen: Seen
+    estimate: float | None = None
 
 
 class Bench:
@@ -229,8 +233,9 @@ class Bench:
             picture, seconds = operate(scene, self.sides[side])
         if self.interrupted():
             raise Interrupted
-        seen.compiled = None  # it may be large, and runs are kept
-        return Run(picture, seconds, seen)
+        estimate = seen.film.error() if seen.film else None
+        seen.compiled = seen.film = None  # they may be large, and runs are kept
+        return Run(picture, seconds, seen, estimate)
 
     def alternate(self, scene, cases, runs, warm=True):
         """Render the cases by turns, each once untimed if `warm` and then `runs` times; every other turn backwards.

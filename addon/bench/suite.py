@@ -5,16 +5,11 @@ from __future__ import annotations
 
 import datetime
 import json
-import math
-import os
-import platform
 import time
-from pathlib import Path
-
-import numpy as np
 
 from ...core.diagnostics import SceneError
 from .. import headless
+from ..machine import finite, load, machine, make_folder, versions
 from . import convergence, document, materials, scaling, scenes, thesis
 from .engines import Bench, Interrupted
 from .memory import peak_memory
@@ -48,7 +43,7 @@ def run(suite, against, folder, interrupted=lambda: False, say=lambda text: None
     ------
     SceneError
     """
-    _make(folder)
+    make_folder(folder)
     bpy = headless.load_blender()
     plan, started = scenes.PLANS[suite], time.perf_counter()
     bench = Bench({"zraka": "ZRAKA", AGAINST[against]: against}, THREADS, interrupted, say)
@@ -76,21 +71,12 @@ def run(suite, against, folder, interrupted=lambda: False, say=lambda text: None
     return result
 
 
-def _make(folder):
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError(f"{folder} cannot be made: {error.strerror or error}") from error
-
-
 def _memory(bench, made):
     path = scenes.find("cornell", made)
     return {side: peak_memory(path, name, 100, bench.threads, thesis.FULL_HD) for side, name in bench.sides.items()}
 
 
 def _header(bpy, suite, other):
-    from ... import __version__
-
     return {
         "geometric_mean": None,
         "geometric_means": {},
@@ -100,29 +86,11 @@ def _header(bpy, suite, other):
         "date": datetime.datetime.now().astimezone().isoformat(timespec="minutes"),
         "seconds": 0.0,
         "interrupted": True,  # until it is whole
-        "machine": {
-            "processor": _processor(),
-            "processors": os.cpu_count(),
-            "system": platform.platform(),
-            "load": _load()[:1],
-        },
-        "versions": {"Zraka": __version__, "Blender": bpy.app.version_string, "numpy": np.__version__},
+        "machine": machine(),
+        "versions": versions(bpy),
         "scenes": {},
         "studies": {},
     }
-
-
-def _processor():
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or platform.machine()
-
-
-def _load():
-    """What others do on this machine: the load average, where there is one."""
-    return list(os.getloadavg()) if hasattr(os, "getloadavg") else []
 
 
 def _write(result, folder, started):
@@ -130,9 +98,9 @@ def _write(result, folder, started):
     result["seconds"] = time.perf_counter() - started
     result["geometric_means"] = {t: convergence.overall(result["scenes"], t) for t in convergence.TARGETS}
     result["geometric_mean"] = result["geometric_means"]["5%"]
-    result["machine"]["load"][1:] = _load()[:1]
+    result["machine"]["load"][1:] = load()[:1]
     try:
-        (folder / "bench.json").write_text(json.dumps(_finite(result), indent=2) + "\n", encoding="utf-8")
+        (folder / "bench.json").write_text(json.dumps(finite(result), indent=2) + "\n", encoding="utf-8")
         (folder / "bench.md").write_text(document.markdown(result), encoding="utf-8")
     except OSError as error:
         raise SceneError(f"{folder} cannot be written: {error.strerror or error}") from error
@@ -141,14 +109,3 @@ def _write(result, folder, started):
 def _append_plots(folder, names):
     with (folder / "bench.md").open("a", encoding="utf-8") as file:
         file.writelines(f"\n![{name.removesuffix('.png')}]({name})\n" for name in names)
-
-
-def _finite(value):
-    """The same with None for numbers that JSON does not know."""
-    if isinstance(value, dict):
-        return {key: _finite(v) for key, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

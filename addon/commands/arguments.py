@@ -7,6 +7,8 @@ import argparse
 import math
 import re
 
+from ...core.settings import METHODS
+
 
 def whole(least, most=2**31 - 1):
     """Make a parser of whole numbers from `least` to `most`."""
@@ -41,3 +43,12 @@ def size(text):
     if not all(1 <= side <= 65536 for side in sides):
         raise argparse.ArgumentTypeError(f"bad size {text!r}; write WIDTHxHEIGHT in pixels, e.g. 640x480")
     return sides
+
+
+def methods(text):
+    """Parse a list of methods, separated by commas."""
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    for name in names:
+        if name not in METHODS:
+            raise argparse.ArgumentTypeError(f"unknown method {name!r}; choose from {', '.join(METHODS)}")
+    return names

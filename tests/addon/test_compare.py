@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from zraka.addon import compare, headless, passes
-from zraka.addon.contact import contact_sheet
 from zraka.core import render as rendering
 from zraka.core.settings import METHODS
 
@@ -34,24 +33,6 @@ def pixels_of(image):
     return pixels.reshape(image.size[1], image.size[0], 4)
 
 
-def test_a_sheet_of_pictures():
-    pictures = [np.full((30, 40, 4), 0.1 * (number + 1), np.float32) for number in range(3)]
-    sheet = contact_sheet(pictures, ["one", "two", "three"])
-    first, second = sheet[-20, 10, 0], sheet[-20, -10, 0]
-    assert (first, second, sheet[40, 10, 0]) == pytest.approx((0.1, 0.2, 0.3))
-    assert sheet.shape[1] == 2 * 40 + 4
-    assert sheet.dtype == np.float32
-    assert not sheet[40, -10, :3].any()  # where there is no fourth
-    assert contact_sheet([], []).shape == (1, 1, 4)
-
-
-def test_captions_are_drawn():
-    pytest.importorskip("OpenImageIO")
-    picture = np.zeros((30, 200, 4), np.float32)
-    assert contact_sheet([picture], ["Phong"])[..., :3].max() > 0.9
-    assert contact_sheet([picture], [""])[..., :3].max() == 0
-
-
 def test_all_methods_into_one_image(lit_scene):
     lit_scene.zraka.method = "RAYTRACE"
     with headless.quiet():
@@ -60,14 +41,15 @@ def test_all_methods_into_one_image(lit_scene):
     assert lit_scene.render.use_compositing
     image = bpy.data.images[compare.IMAGE]
     sheet = pixels_of(image)
-    quarters = [sheet[y : y + 24, x : x + 32, :3] for y in (24 + 24 + 4 + 24, 24) for x in (0, 36)]
+    height, width = sheet.shape[0] // 2, sheet.shape[1] // 2
+    quarters = [sheet[y + 8 : y + 32, x : x + 32, :3] for y in (height - 4, 0) for x in (8, width + 4)]
     assert all(quarter.max() > 0.1 for quarter in quarters)
     assert np.abs(quarters[0] - quarters[1]).max() > 0.05  # shadows
     # Again, of another size: the same image.
     lit_scene.render.resolution_x = 40
     with headless.quiet():
         bpy.ops.zraka.compare_methods()
-    assert image.size[0] == 2 * 40 + 4
+    assert image.size[0] == 2 * 40 + 3 * 8
 
 
 def test_a_comparison_on_its_thread_is_stopped(lit_scene):
