@@ -12,7 +12,7 @@ import sys
 import time
 
 from ..core.diagnostics import SceneError
-from .commands import bench, compare, converge, render, thesis
+from .commands import bench, compare, converge, render, stability, thesis
 
 
 def main(argv=None):
@@ -56,7 +56,7 @@ def _parser():
     parser = _Parser(prog="zraka", description="Render Blender scenes with Zraka.")
     parser.add_argument("--version", action="version", version=f"zraka {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in (render, converge, compare, thesis, bench):
+    for command in (render, converge, compare, thesis, bench, stability):
         command.add_command(commands)
     return parser
 

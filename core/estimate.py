@@ -93,7 +93,7 @@ def noisy_weights(parts):
     parts : list of (picture (3, H, W), noise (H, W))
         The noise is what a doubling of its samples changed in each pixel, squared and summed over the channels.
     """
-    tiny = np.finfo(np.float32).tiny
+    tiny = np.finfo(np.float64).tiny
     square = np.concatenate([_squares(picture, noise, tiny).reshape(-1) for picture, noise in parts])
     return 1 / np.maximum(square + FLOOR**2 * float(square.mean(dtype=np.float64)), tiny)
 

@@ -159,7 +159,7 @@ class Film:
         """
         if self._ratio is None:
             self.error()
-        out = np.zeros(self.height * self.width, np.float32)
+        out = np.zeros(self.height * self.width)
         for part in self._parts():
             _, gains, counts = self._gains(_luminance, self._order[part])
             out[part] = np.where(counts < 2, np.inf, gains[0] * self._remaining(counts))
@@ -187,15 +187,15 @@ class Film:
 
         Returns
         -------
-        picture : (3, P) float32
-        gains : (3, P) float32
+        picture : (3, P) float64
+        gains : (3, P) float64
             The latest first: that of the doubling which `estimate.remaining` names.
         counts : (P,) int32
         """
         with self._lock:
             counts = self._counts[pixels]
-            picture = (self._sums[:3, pixels] / np.maximum(counts, 1)).astype(np.float32)
-            half, quarter, eighth = self._marks[:, :, pixels]
+            picture = self._sums[:3, pixels] / np.maximum(counts, 1)
+            half, quarter, eighth = self._marks[:, :, pixels].astype(np.float64)
         steps = [squares(half - picture), squares(quarter - half), squares(eighth - quarter)]
         gains = np.where(_is_doubled(counts), steps, [*steps[1:], np.zeros_like(steps[0])])
         return picture, gains, counts
@@ -213,7 +213,7 @@ class Film:
     def _remaining(self, counts):
         """`estimate.remaining` of each pixel, 0 below two samples."""
         ratio = estimate.UNSEEN_RATIO if self._ratio is None else self._ratio
-        factors = np.zeros(counts.max() + 1, np.float32)
+        factors = np.zeros(counts.max() + 1)
         for number in np.flatnonzero(np.bincount(counts)):
             factors[number] = estimate.remaining(int(number), ratio) if number > 1 else 0.0
         return factors[counts]

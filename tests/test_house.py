@@ -64,6 +64,7 @@ MAY_IMPORT = {
     "core.adaptive": FILM,
     "core.render": RENDER | {"core.report.forecast"},
     "core.report": RENDER,
+    "core.stability": RENDER | {"core.report"},
 }
 
 

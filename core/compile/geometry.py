@@ -15,8 +15,11 @@ from ..scene import Material
 from .corners import corner_tables
 from .needs import Needs
 from .objects import compile_objects
-from .placing import boxes, check_length, corner_index, place, turn
+from .placing import boxes, check_length, corner_index, place, share_of_most, turn
 from .triangles import write_triangles
+
+# Things smaller than this share of the scene lose digits that count where they are far from the tables' zero.
+_FINE = 1e-4
 
 
 def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
@@ -48,7 +51,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     # What is not finite comes out as NaN and is left out below.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         groups, count = place(scene.instances)
-        origin = _centre(groups, centers, radii, scene.planes)
+        origin = _centre(groups, centers, radii, scene)
         vertices, index, facets, normals, good = write_triangles(groups, count, origin)
     names = [x.name for x in (*scene.instances, *scene.spheres, *scene.planes)]
     material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
@@ -132,14 +135,35 @@ def _joined(first, *others):
 # -- triangles ---------------------------------------------------------------------------------------------------------
 
 
-def _centre(groups, centers, radii, planes):
-    """Middle of a box around all that is finite."""
+def _centre(groups, centers, radii, scene):
+    """Middle of a box around all that is finite, or the camera's place.
+
+    What is small and far from the tables' zero loses its form in float32. Where it would do so about the middle, for
+    which one outlier is enough, the camera's place is taken: from there, what looks large is precise.
+    """
     ends = boxes(groups), (centers - radii[:, None], centers + radii[:, None])
     low, high = (np.concatenate(e) for e in zip(*ends, strict=True))
     finite = (np.isfinite(low) & np.isfinite(high)).all(1)
-    if finite.any():
-        return 0.5 * low[finite].min(0) + 0.5 * high[finite].max(0)
-    return np.mean([p.point for p in planes], axis=0, dtype=np.float64) if planes else np.zeros(3)
+    if not finite.any():
+        return np.mean([p.point for p in scene.planes], axis=0, dtype=np.float64) if scene.planes else np.zeros(3)
+    bottom, top = low[finite].min(0), high[finite].max(0)
+    middle, reach = 0.5 * bottom + 0.5 * top, float((0.5 * top - 0.5 * bottom).max())
+    eye = np.asarray(scene.camera.transform, np.float64)[:3, 3]
+    if not np.abs(eye - middle).max() <= 2 * reach:  # nor where it is not finite
+        return middle
+    sizes = np.where(finite, (high - low).max(1), np.inf)
+    return eye if _finest(groups, sizes, reach) < _FINE * reach else middle
+
+
+def _finest(groups, sizes, reach):
+    """The least of the things' `sizes` but 0; that of one as wide as the scene as most of its vertices tell."""
+    start = 0
+    for group in groups:
+        own = sizes[start : start + len(group.numbers)]
+        start += len(own)
+        if own.max() >= reach:
+            own *= share_of_most(group.vertices)
+    return sizes[sizes > 0].min(initial=np.inf)
 
 
 def _triangle_numbers(groups, instances, count, numbering):

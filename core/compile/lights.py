@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry import OFFSET
 from ..lights.area import AreaLights
 from ..lights.choice import importance_of
 from ..lights.classic import ClassicLights, LocalLight, ParallelLight, area_pseudo_light, mesh_pseudo_light
@@ -23,13 +24,14 @@ from ..lights.point import DiskLights, PointLights, SphereLights
 from ..lights.sampler import LightSampler
 from ..lights.spot import SpotLights
 from ..lights.sun import SunDisks, SunLights
-from ..lights.triangle import TriangleLights, outward
+from ..lights.triangle import TriangleLights, first_in_place, outward
 from ..scene import PointLight, SpotLight, SunLight
 from ..visibility import Rays
 from .world import compile_world
 
 _SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
 _LARGEST_BODY = 0.5  # root of an emitter's area over the scene's extent; larger bodies may hold what they light
+_TIGHT = 0.125  # of a facet's offset: the error of a sampled point, without the room that others need
 _SMALLEST_ANGLE = 1e-6  # rad; float32 directions tell nothing smaller apart: parallel light
 
 
@@ -85,7 +87,7 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics, environme
         builder.add(light, number)
     first_object = len(scene.lights)
     world = first_object + len(scene.instances) + len(scene.spheres) + len(scene.planes)
-    emissive, surfaces = _emissive_surfaces(geometry, emission_of_material, builder, first_object)
+    emissive, surfaces, twins = _emissive_surfaces(geometry, emission_of_material, builder, first_object)
     kinds = builder.kinds() + surfaces
     emitter = [builder.emitters(), *(geometry.object[np.atleast_2d(k.prim)[0]] + first_object for k in surfaces)]
     if environment is None:
@@ -101,6 +103,7 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics, environme
     shadowless = builder.shadowless()
     shadowless += [False] * (sum(k.count for k in kinds) - len(shadowless))
     sampler = LightSampler(kinds, importance_of(kinds), geometry.material.size, environment, shadowless)
+    sampler.adopt(*twins)
     if environment in kinds:
         environment.choice = float(sampler.pmf[-1])
     return Lights(
@@ -255,7 +258,10 @@ _SPOTS = {kind: _spots_of(kind) for kind in (PointLights, SphereLights, DiskLigh
 
 
 def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
-    """Which primitives emit, (P,) bool, and the tables of the panels and triangles among them."""
+    """Which primitives emit, (P,) bool, the tables of the panels and triangles among them, and twins (2, n).
+
+    Of triangles in one place one is a light, for all shine through one another; a twin is (the other one, the light).
+    """
     emits = np.array([e is not None for e in emission_of_material], bool)
     emissive = emits[geometry.material] if emits.size else np.zeros(geometry.material.size, bool)
     means, textures, texture_of = _emission_tables(geometry, emission_of_material, builder)
@@ -265,9 +271,12 @@ def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
     v0, v1, v2 = corners.reshape(3, 3, -1)
     area = np.linalg.norm(np.cross(v1 - v0, v2 - v0, axis=0), axis=0)
     shines = (area > 0.0) & means[:, material].any(axis=0)
-    if not shines.any():
-        return emissive, []
-    prim, material, corners = prim[shines], material[shines], corners[:, shines]
+    first = first_in_place(corners, np.where(texture_of[material] < 0, material, -1 - prim))
+    is_light = shines & (first == np.arange(prim.size))
+    twins = np.stack([prim, prim[first]])[:, shines & ~is_light]
+    if not is_light.any():
+        return emissive, [], twins
+    prim, material, corners = prim[is_light], material[is_light], corners[:, is_light]
     radiance = means[:, material]
     by_object = np.argsort(geometry.object[prim], kind="stable")
     ends = np.flatnonzero(np.diff(geometry.object[prim][by_object])) + 1
@@ -277,17 +286,22 @@ def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
     low, high = geometry.bounds
     extent = float(np.linalg.norm(high - low))
     texture, axis = texture_of[material], outward(corners, geometry.object[prim], _LARGEST_BODY * extent)
+    # Only a body has a near side that hides the far one.
+    clearance = _TIGHT * geometry.facets[prim, OFFSET] if axis.any() else None
     alike = (np.diff(prim) == 1) & (np.diff(material) == 0) & (np.diff(geometry.object[prim]) == 0)
     first, *sides = find_panels(corners, alike & (texture[1:] < 0))
     kinds = []
     if first.size:
         pairs = np.stack([prim[first], prim[first + 1]])
-        kinds.append(PanelLights(*sides, pairs, radiance[:, first], axis[:, first]))
+        largest = None if clearance is None else np.maximum(clearance[first], clearance[first + 1])
+        kinds.append(PanelLights(*sides, pairs, radiance[:, first], axis[:, first], largest))
     rest = np.delete(np.arange(prim.size), np.concatenate([first, first + 1]))
     if rest.size:
         texture = texture[rest] if textures else None
-        kinds.append(TriangleLights(corners[:, rest], prim[rest], radiance[:, rest], axis[:, rest], textures, texture))
-    return emissive, kinds
+        clearance = None if clearance is None else clearance[rest]
+        tables = radiance[:, rest], axis[:, rest], textures, texture, clearance
+        kinds.append(TriangleLights(corners[:, rest], prim[rest], *tables))
+    return emissive, kinds, twins
 
 
 def _emission_tables(geometry, emission_of_material, builder):

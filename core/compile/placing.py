@@ -12,6 +12,7 @@ from ..scene import Mesh
 
 # So many points have their extent faster at once than column by column.
 _FEW = 1000
+_MOST_ASKED = 64
 
 
 class Placed(NamedTuple):
@@ -149,3 +150,11 @@ def _ends(points):
         return [points.min(0, initial=np.inf), points.max(0, initial=-np.inf)]
     # numpy is slow along the first of two axes.
     return [[c.min() for c in points.T], [c.max() for c in points.T]]
+
+
+def share_of_most(points):
+    """How wide the middle half of some of the points stands, over the width of all that are finite; 1 if unknown."""
+    low, high = _extent(points)
+    some = np.sort(points[:: -(-len(points) // _MOST_ASKED)].astype(np.float64), axis=0)
+    wide, half = np.max(np.subtract(high, low)), np.max(some[3 * len(some) // 4] - some[len(some) // 4])
+    return float(half / wide) if 0 < half < wide else 1.0

@@ -66,6 +66,10 @@ class LightSampler:
         else:
             self._sample = self._sample_by_kind
 
+    def adopt(self, prim, twin):
+        """Let primitives `prim` (n,) count as the lights of the primitives `twin` (n,), in whose places they are."""
+        self._light_of_prim[prim] = self._light_of_prim[twin]
+
     def sample(self, p, uc, u0, u1, arena, ray=None):
         """A direction towards some light.
 

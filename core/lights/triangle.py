@@ -9,9 +9,10 @@ import numpy as np
 
 from ..sampling.warp import square_to_uniform_triangle
 from ..vecmath import dot
-from .base import NEAREST_SQUARED, Bounds, LightSample, normalize_length, rows_of
+from .base import NEAREST_SQUARED, Bounds, LightSample, end_before_far_side, normalize_length, rows_of
 
 _TINY = 1e-36  # keeps densities finite
+_MIX = tuple(map(np.uint64, (0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9)))  # odd, for hashes
 _OPEN = 1e-3  # vector area and volume of a flat or open surface, as shares of its area
 
 
@@ -32,12 +33,14 @@ class TriangleLights:
         ``Le(prim, u, v, arena, wo, [ray]) -> (3, n)`` of textured emitters, towards `wo`.
     texture : (count,) int, optional
         Number in `textures`, -1 where the radiance is constant.
+    clearance : (count,), optional
+        Bound on the error of points along `axis`, where bodies may hide their far sides; else None.
     """
 
     extended = False  # rays hit the triangles themselves
     at_infinity = False
 
-    def __init__(self, corners, prim, radiance, axis=None, textures=(), texture=None):
+    def __init__(self, corners, prim, radiance, axis=None, textures=(), texture=None, clearance=None):
         v0, v1, v2 = np.asarray(corners, np.float64).reshape(3, 3, -1)
         across = 0.5 * np.cross(v1 - v0, v2 - v0, axis=0)
         self._corners = np.ascontiguousarray(np.concatenate([v0, v1 - v0, v2 - v0, across]), np.float32)
@@ -50,6 +53,8 @@ class TriangleLights:
         self._textures = tuple(textures)
         self.is_shaded = bool(self._textures)
         self._texture = None if texture is None else np.ascontiguousarray(texture, np.int32)
+        self._clearance = None if clearance is None else np.ascontiguousarray(clearance, np.float32)
+        self._outward = None if axis is None else np.ascontiguousarray(axis, np.float32)
 
     def bounds(self):
         """Where the lights are, for their choice."""
@@ -76,6 +81,9 @@ class TriangleLights:
             if ray is not None:
                 ray = ray._replace(length=distance)
             np.multiply(self._emitted(rows, b, wi, ray, arena), inverse, out=weight)
+            if self._clearance is not None:
+                outward, clearance = (rows_of(a, rows, arena) for a in (self._outward, self._clearance))
+                end_before_far_side(distance, wi, outward, clearance, arena)
         return LightSample(wi, distance, weight, pdf)
 
     def density(self, rows, p, wi, distance, arena):
@@ -137,3 +145,23 @@ def outward(corners, group, largest=math.inf):
     closed = (left < _OPEN * whole) & (np.abs(volume) > _OPEN * whole**1.5) & (np.sqrt(whole) < largest)
     side = np.where(closed, np.sign(volume), 0.0)
     return across / area * side[group]
+
+
+def first_in_place(corners, kind):
+    """For each triangle the first one of equal corners, in any order, and of equal `kind`, (T,) int.
+
+    Parameters
+    ----------
+    corners : (9, T)
+        float32 values.
+    kind : (T,) int
+    """
+    if kind.size == 0:
+        return np.zeros(0, np.intp)
+    bits = (np.asarray(corners, np.float32) + np.float32(0)).view(np.uint32).astype(np.uint64).reshape(3, 3, -1)
+    mixed = bits[:, 0] * _MIX[0] + bits[:, 1] * _MIX[1] + bits[:, 2] * _MIX[2]
+    mixed ^= mixed >> np.uint64(29)
+    mixed *= _MIX[0]
+    key = mixed.sum(axis=0) + kind.astype(np.uint64) * _MIX[1]
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    return first[inverse]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..compile.features import Feature
-from ..interaction import spawn, spawn_to
+from ..interaction import SHADOW_EPSILON, spawn, spawn_to
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..sampling.mis import weight as mis_weight
 from ..sampling.sampler import Draw
@@ -216,7 +216,8 @@ class PathTrace(Wavefront):
         """Lamps crossed by the latest segment of the paths `part` (None: all), which ends at `hits`."""
         arena = worker.scratch
         ends = arena.empty(hits.t.size)
-        np.copyto(ends, hits.t)
+        # As far beyond a surface as shadow rays end before a lamp: both must see a lamp that lies in a surface.
+        np.multiply(hits.t, 1.0 + SHADOW_EPSILON, out=ends)
         np.copyto(ends, np.inf, where=hits.prim < 0)
         o, d, passed = (
             a if a is None or part is None else arena.take(a, part) for a in (paths.o, paths.d, paths.passed)

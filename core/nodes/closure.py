@@ -14,6 +14,8 @@ from .geometry import lookup_tangent
 
 SUBSURFACE = "subsurface scattering is approximated by diffuse reflection; no light wanders below the surface"
 
+_ABOVE_ONE = "a colour above 1 is an albedo above 1: more light leaves the surface than arrives"
+
 
 def _no_lobes(constants, properties):
     return {}
@@ -66,6 +68,8 @@ class Closure:
         """Name what the node asks for and does not get."""
         for sentence in self.notes(constants, linked, properties) if self.notes else ():
             diagnostics.warn(sentence, place)
+        if self.build and self.color in constants and float(np.max(constants[self.color])) > 1.0:
+            diagnostics.warn(_ABOVE_ONE, place)
 
 
 def is_never(constants, name, value=0.0):

@@ -190,9 +190,9 @@ def test_degenerate_triangles_are_dropped_and_told():
 
 
 def test_area_lost_in_the_cast_is_no_area():
-    """A triangle of 1e-6 beside one of 1e6 is a point in float32."""
+    """A triangle of 1e-6 at a distance of 1e6 is a point in float32."""
     far = transform(1e6 * np.eye(3), (1e6, 0, 0))
-    g = compiled(Instance(QUAD, far), Instance(QUAD, transform(1e-6 * np.eye(3))))
+    g = compiled(Instance(QUAD, far), Instance(QUAD, transform(1e-6 * np.eye(3), (-1e6, 0, 0))))
     assert g.triangle_count == 2
 
 
