@@ -6,7 +6,7 @@ PY := .venv/bin/python
 export PYTHON
 
 .DEFAULT_GOAL := help
-.PHONY: help venv render bench report test test-all test-blender package samples lint clean
+.PHONY: help venv render bench report test test-all test-blender fuzz package samples lint clean
 
 help:
 	@echo "make render   path-trace sample_blends/cornell.blend to renders/cornell.png and .exr"
@@ -15,6 +15,7 @@ help:
 	@echo "make test     ruff and all tests"
 	@echo "make test-blender  tests in whole Blenders, window and all (root on a Debian; see docs/blender.md)"
 	@echo "make test-all      the tests without a window, in every Blender from 4.2 on that has a Python module"
+	@echo "make fuzz     2,000 random scenes, and 500 made in Blender; about 20 minutes"
 	@echo "make package       pack dist/zraka-*.zip for Blender, one a platform"
 	@echo "make samples  write sample_blends/*.blend anew"
 	@echo "make lint     ruff alone"
@@ -43,6 +44,11 @@ test-all: lint
 
 test-blender: venv
 	@$(PY) -m pytest tests/blender -m blender
+
+fuzz: venv
+	@$(PY) -m tests.fuzz --count 2000
+	@$(PY) -m tests.fuzz --kind files --count 500
+	@$(PY) -m tests.fuzz --kind blender --count 500
 
 package: venv
 	@$(PY) .ci/extension.py

@@ -78,6 +78,7 @@ def export(bpy, scene, args):
     said = takeover.first_use(scene)
     layers = [layer.name for layer in scene.view_layers if layer.use] or [scene.view_layers[0].name]
     composited = scene.render.use_compositing and _has_compositing(scene)
+    drawn = scene.render.use_freestyle
     scene.render.use_compositing = scene.render.use_sequencer = False
     try:
         with quiet():
@@ -90,6 +91,8 @@ def export(bpy, scene, args):
         job.diagnostics.warn("the command line renders the view of the one camera, no stereo views")
     if len(layers) > 1:
         job.diagnostics.warn(f"the command line renders the view layer {layers[0]!r} only")
+    if drawn:
+        job.diagnostics.warn("the command line does not draw Freestyle's lines")
     if composited:
         job.diagnostics.warn("the command line does not run the compositor")
     return job
@@ -133,15 +136,16 @@ def export_layer(bpy, scene, layer, **chosen):
             """Without this method Blender does not call `update`."""
 
     render = scene.render
-    before = render.engine, render.use_compositing, render.use_sequencer
+    before = render.engine, render.use_compositing, render.use_sequencer, render.use_freestyle
     bpy.utils.register_class(ExportEngine)
     try:
         render.engine, render.use_compositing, render.use_sequencer = ExportEngine.bl_idname, False, False
+        render.use_freestyle = False  # over a picture that is not there, Blender crashes
         bpy.ops.render.render(scene=scene.name, layer=layer)
     except RuntimeError as error:
         raise SceneError(_one_line(error)) from error
     finally:
-        render.engine, render.use_compositing, render.use_sequencer = before
+        render.engine, render.use_compositing, render.use_sequencer, render.use_freestyle = before
         bpy.utils.unregister_class(ExportEngine)
     if not outcome:
         raise SceneError("Blender rendered nothing; look at the scene's size, border and view layers")

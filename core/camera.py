@@ -9,7 +9,10 @@ import numpy as np
 
 from .camera_lens import LEAST_FOCUS, aperture_points
 from .camera_panorama import DIRECTIONS, ROUND
+from .diagnostics import SceneError
 from .vecmath import normalize
+
+_FLATTEST = 1e-9  # volume that a camera's axes span, brought to length 1
 
 
 class CameraRays:
@@ -203,6 +206,21 @@ class CameraRays:
         np.add(o, point, out=o)
         np.subtract(d, point / focus, out=d)
         normalize(d, arena, out=d)
+
+
+def check_camera(camera):
+    """Refuse a camera that looks nowhere.
+
+    Raises
+    ------
+    SceneError
+    """
+    matrix, numbers = np.asarray(camera.transform, np.float64), [*camera.window, camera.clip_start]
+    if matrix.shape != (4, 4) or not (np.isfinite(matrix).all() and np.isfinite(numbers).all()):
+        raise SceneError("the camera's place or lens has numbers that are not finite; clear its transform")
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if not lengths.all() or abs(np.linalg.det(matrix[:3, :3] / lengths)) < _FLATTEST:
+        raise SceneError("the camera is scaled to nothing along an axis; clear its scale")
 
 
 def _length(v, out, arena):

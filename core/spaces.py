@@ -64,7 +64,8 @@ class View:
     """
 
     def __init__(self, camera, width, height, origin):
-        self.origin = np.array(origin, np.float32).reshape(3, 1)
+        with np.errstate(over="ignore"):
+            self.origin = np.array(origin, np.float32).reshape(3, 1)
         self._offset = np.array(origin, np.float64)
         self.look_through(camera, width, height)
 
@@ -122,7 +123,9 @@ class View:
 def rows_of(matrix):
     """The upper three rows of a (4, 4) matrix, or of K of them, as (12, K) float32."""
     matrix = np.asarray(matrix, np.float64).reshape(-1, 4, 4)
-    return np.ascontiguousarray(matrix[:, :3].reshape(-1, 12).T.astype(np.float32))
+    with np.errstate(over="ignore"):
+        matrix = matrix.astype(np.float32)
+    return np.ascontiguousarray(matrix[:, :3].reshape(-1, 12).T)
 
 
 def transform_point(rows, p, arena, out=None):

@@ -28,6 +28,15 @@ def pytest_ignore_collect(collection_path, config):
     return None
 
 
+@pytest.fixture(autouse=True)
+def no_silent_arithmetic():
+    """What users are not bothered with is an error in tests: overflows and NaN while rendering."""
+    from zraka.core.methods.wavefront import watched_arithmetic
+
+    with watched_arithmetic():
+        yield
+
+
 @pytest.fixture
 def blender_scene():
     """An empty scene of a fresh file, with Zraka registered and chosen, 32 x 24 pixels."""

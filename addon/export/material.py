@@ -73,11 +73,12 @@ def export_material(material, images, diagnostics):
     if output is None:
         return description.Material(material.name)
     place = f"material '{material.name}'"
-    if output.inputs["Volume"].is_linked:
+    volume, moved = output.inputs.get("Volume"), output.inputs.get("Displacement")  # neither, of a world's output
+    if volume is not None and volume.is_linked:
         diagnostics.warn("volume is not rendered yet", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
-    displacement = reader.link(output.inputs["Displacement"])
+    displacement = None if moved is None else reader.link(moved)
     if displacement is not None and material.displacement_method != "BUMP":
         diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)
     return description.Material(material.name, tuple(reader.nodes), surface, displacement, material.pass_index)

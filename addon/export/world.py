@@ -35,7 +35,8 @@ def export_world(world, images, diagnostics):
     if output is None:
         return description.World(name=world.name)
     place = f"world '{world.name}'"
-    if output.inputs["Volume"].is_linked:
+    volume = output.inputs.get("Volume")  # a light's output has none
+    if volume is not None and volume.is_linked:
         diagnostics.warn("volume is not rendered yet", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])

@@ -46,7 +46,10 @@ def linear(values, x, arena):
 
 
 def cell(x, size):
-    """Lower index (int32) and fraction of coordinates `x`, clamped to [0, 1], in a table of `size` entries."""
-    scaled = np.clip(x, 0.0, 1.0) * np.float32(size - 1)
+    """Lower index (int32) and fraction of coordinates `x`, clamped to [0, 1], in a table of `size` entries.
+
+    NaN counts as 0.
+    """
+    scaled = np.fmin(np.fmax(x, 0.0), 1.0) * np.float32(size - 1)
     low = np.minimum(scaled.astype(np.int32), size - 2)
     return low, scaled - low.astype(np.float32)

@@ -162,6 +162,11 @@ def tabulate(closure, lobes, properties, inputs, color=None):
     if count * _SIDES * (_STEPS + 1) * 16 > _MOST_VALUES:
         return None
     given = {name: _spread(value, count) for name, value in inputs.items()}
+    with np.errstate(all="ignore"):  # what is not finite goes through
+        return _tabulated(closure, lobes, properties, given, color, count)
+
+
+def _tabulated(closure, lobes, properties, given, color, count):
     context = _view_context(count)
     if color is None:
         return AngularTables(

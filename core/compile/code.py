@@ -73,6 +73,8 @@ class Code:
     ----------
     builder : Builder
     results : mapping of hashable to Const or Register
+    dimensions : mapping of hashable to int, optional
+        Rows that results are to have; others stay as they come.
 
     Attributes
     ----------
@@ -80,7 +82,7 @@ class Code:
         Names of those that run.
     """
 
-    def __init__(self, builder, results):
+    def __init__(self, builder, results, dimensions=None):
         self._constants = []
         self._slots = 0
         used = live(builder.instructions, results.values())
@@ -90,13 +92,16 @@ class Code:
             instruction = builder.instructions[old]
             operation = OPERATIONS[instruction.op]
             arguments = {
-                name: (self._place(v, number), dimension_of(operation.inputs[name]))
+                name: (self._place(v, number), dimension_of(name, operation.inputs[name]))
                 for name, v in instruction.arguments.items()
             }
             self._steps.append(_Step(operation.run, arguments, instruction.step, [instruction.properties]))
         self.operations = frozenset(builder.instructions[i].op for i in used)
         self._beside = {step.aside for step in self._steps} - {(0.0, 0.0)}
         self.results = {name: self._place(v, number) for name, v in results.items()}
+        self._dimensions = {n: rows for n, rows in (dimensions or {}).items() if n in results and rows}
+        for name in [n for n, rows in self._dimensions.items() if self.results[n][0::2] == ("constant", rows)]:
+            del self._dimensions[name]
         self.row = np.concatenate(self._constants) if self._constants else np.zeros(0, np.float32)
         self.key = (
             tuple((builder.instructions[i].op, builder.instructions[i].step) for i in used),
@@ -159,7 +164,10 @@ class Code:
                     value = fetch(place)
                     inputs[name] = value if dimension is None else to_dimension(value, dimension, context.arena)
                 registers.append(step.over(contexts[step.aside], inputs, getattr(constants, "rows", None)))
-            return {name: fetch(place) for name, place in self.results.items() if wanted is None or name in wanted}
+            found = {name: fetch(place) for name, place in self.results.items() if wanted is None or name in wanted}
+            for name in found.keys() & self._dimensions.keys():
+                found[name] = to_dimension(found[name], self._dimensions[name], context.arena)
+            return found
 
     def _place(self, value, number):
         if isinstance(value, Register):

@@ -20,6 +20,7 @@ from .triangles import write_triangles
 
 # Things smaller than this share of the scene lose digits that count where they are far from the tables' zero.
 _FINE = 1e-4
+_FARTHEST = 1e18  # m; squares of larger numbers are not finite in float32
 
 
 def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
@@ -75,7 +76,8 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     )
     centers -= origin
     with np.errstate(invalid="ignore", over="ignore"):
-        good = (radii.astype(np.float32) > 0) & np.isfinite(radii) & np.isfinite(centers).all(1)
+        single = radii.astype(np.float32)
+        good = (single > 0) & np.isfinite(single) & np.isfinite(centers.astype(np.float32)).all(1)
     if not good.all():
         _tell_dropped(
             "spheres whose radius is not positive or whose place is not finite were left out",
@@ -93,7 +95,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
         vertices=vertices,
         index=index,
         centers=columns_of(centers[good]),
-        radii=radii[good].astype(np.float32),
+        radii=single[good],
         plane_points=points,
         plane_normals=directions,
         material=_joined(material, round_material[good], flat_material),
@@ -227,7 +229,7 @@ def _planes(planes, origin):
     for i, plane in enumerate(planes):
         normal, point = np.asarray(plane.normal, np.float64), np.asarray(plane.point, np.float64)
         length = float(np.sqrt(normal @ normal)) if normal.shape == point.shape == (3,) else 0.0
-        if not (0.0 < length < np.inf and np.isfinite(point).all()):
+        if not (0.0 < length < np.inf and np.all(np.abs(point - origin) < _FARTHEST)):
             raise SceneError(f"plane '{plane.name}' needs a finite point and a normal that is not zero")
         normals[i] = normal / length
         points[i] = normals[i] * (normals[i] @ (point - origin))

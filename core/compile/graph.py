@@ -176,7 +176,8 @@ class Builder:
         if operation.foldable and all(isinstance(v, Const) for v in arguments.values()):
             context = Context(Arena(4096), 1)
             inputs = {name: v.value for name, v in arguments.items()}
-            outputs = operation.run(context, inputs, properties)
+            with np.errstate(all="ignore"):  # what is not finite goes through
+                outputs = operation.run(context, inputs, properties)
             return {name: Const(np.array(v, np.float32)) for name, v in outputs.items()}
         return _Outputs(self._append(op, arguments, properties, (0.0, 0.0)))
 
@@ -189,7 +190,7 @@ class Builder:
         return index
 
     def _fit(self, value, default):
-        dimension = None if default is None else (3 if isinstance(default, tuple) else 1)
+        dimension = dimension_of("", default)
         if dimension is None:
             return value
         if isinstance(value, Const):
@@ -239,9 +240,14 @@ def _children(node):
     return [v.node for v in node.inputs.values() if isinstance(v, Link)]
 
 
-def dimension_of(default):
-    """Rows of an input with that default: 3 of a vector, 1 of a number; None where any will do."""
-    return None if default is None else (3 if isinstance(default, tuple) else 1)
+_VECTORS = ("vector", "normal", "coat_normal", "tangent")  # inputs that have no default and are vectors
+
+
+def dimension_of(name, default):
+    """Rows of an input with that name and default: 3 of a vector, 1 of a number; None where any will do."""
+    if default is None:
+        return 3 if name in _VECTORS else None
+    return 3 if isinstance(default, tuple) else 1
 
 
 def live(instructions, results):

@@ -32,6 +32,8 @@ from .world import compile_world
 _SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
 _LARGEST_BODY = 0.5  # root of an emitter's area over the scene's extent; larger bodies may hold what they light
 _TIGHT = 0.125  # of a facet's offset: the error of a sampled point, without the room that others need
+_FARTHEST = 1e18  # m; squares of larger numbers are not finite in float32
+_POWER = ("power", "irradiance")
 _SMALLEST_ANGLE = 1e-6  # rad; float32 directions tell nothing smaller apart: parallel light
 
 
@@ -62,6 +64,7 @@ class Lights:
     has_extended: bool
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite goes through
 def compile_lights(scene, geometry, emission_of_material, diagnostics, environment=None):
     """Tables of all lights of `scene`.
 
@@ -151,7 +154,7 @@ class _Builder:
         """Sort one light of the description in; leave it out, and say so, if it cannot shine."""
         place = f"light {light.name!r}"
         strength = np.asarray(light.irradiance if isinstance(light, SunLight) else light.power, np.float64)
-        if not _representable(strength) or not _numbers_are_finite(light):
+        if not _representable(strength) or not _is_near(light):
             self._diagnostics.warn("a light has numbers that are not finite; it is left out", place)
         elif not strength.any():
             self._diagnostics.warn("a light has no power; it is left out", place)
@@ -284,7 +287,7 @@ def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
         builder.classic.append(mesh_pseudo_light(corners[:, own], radiance[:, own]))
         builder.classic[-1].emitter = first_object + int(geometry.object[prim[own[0]]])
     low, high = geometry.bounds
-    extent = float(np.linalg.norm(high - low))
+    extent = float(np.linalg.norm(np.subtract(high, low, dtype=np.float64)))
     texture, axis = texture_of[material], outward(corners, geometry.object[prim], _LARGEST_BODY * extent)
     # Only a body has a near side that hides the far one.
     clearance = _TIGHT * geometry.facets[prim, OFFSET] if axis.any() else None
@@ -354,5 +357,7 @@ def _representable(values):
     return bool(np.all(np.abs(values) < 1e36))
 
 
-def _numbers_are_finite(light):
-    return all(np.isfinite(v).all() for v in vars(light).values() if isinstance(v, (float, tuple, np.ndarray)))
+def _is_near(light):
+    """Whether places and sizes are finite in float32, and so are their squares."""
+    numbers = [v for name, v in vars(light).items() if isinstance(v, (float, tuple, np.ndarray)) and name not in _POWER]
+    return all(np.isfinite(v).all() and np.all(np.abs(v) < _FARTHEST) for v in numbers)

@@ -22,7 +22,7 @@ from ..nodes.closures import CLOSURES
 from ..scene import Link, Node
 from .angular import tabulate
 from .code import Code, Table
-from .graph import Builder, Const, post_order
+from .graph import Builder, Const, dimension_of, post_order
 
 _OWN = ("weight", "normal", "base_normal")  # inputs that are not the closure's alone
 
@@ -80,6 +80,10 @@ class Program:
 
     def lobes_over(self, context, constants):
         """[(lobe, weight, params, n)] of the lanes, in the order of `mixture.lobes`."""
+        with np.errstate(all="ignore"):  # what is not finite goes through
+            return self._lobes_over(context, constants)
+
+    def _lobes_over(self, context, constants):
         values = self.scatter.run(context, constants, self._wanted)
         found = []
         for number, (closure, lobes, properties) in enumerate(self.closures):
@@ -161,7 +165,7 @@ def compile_program(material, diagnostics, subject="material"):
     """The `Program` of a material or world, and a key that is equal for programs that do the same."""
     builder = Builder(material, diagnostics, subject)
     builder.normal = _displaced_normal(material, builder)
-    scatter, emission, transparency, holdout, closures = {}, [], [], [], []
+    scatter, emission, transparency, holdout, closures, dimensions = {}, [], [], [], [], {}
     for closure, weight, inputs, properties in _closures(material, builder):
         constants = {name: v.value for name, v in inputs.items() if isinstance(v, Const)}
         linked = set(inputs) - set(constants)
@@ -173,10 +177,12 @@ def compile_program(material, diagnostics, subject="material"):
             used = inputs if closure.used is None else closure.used(lobes) | {"base_normal"}
             scatter |= {(number, name): v for name, v in inputs.items() if name in used}
             scatter[number, "weight"] = weight
+            dimensions |= {(number, name): dimension_of(name, default) for name, default in closure.inputs.items()}
+            dimensions[number, "weight"] = 1
         emission += _covered(builder, closure, constants, inputs, _product(builder, weight, closure.emission, inputs))
         transparency += _product(builder, weight, closure.transparency, inputs)
         holdout += [weight] if closure.is_holdout else []
-    code = Code(builder, scatter)
+    code = Code(builder, scatter, dimensions)
     light, clear, hole = _sum(builder, emission), _sum(builder, transparency), _sum(builder, holdout)
     light = Code(builder, {"Le": light}) if light is not None else None
     clear = Code(builder, {"T": clear}) if clear is not None else None

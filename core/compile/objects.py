@@ -56,4 +56,6 @@ def _inverse(matrices):
 
 
 def _columns(values, count):
-    return np.ascontiguousarray(np.asarray(values, np.float32).reshape(-1, count).T)
+    with np.errstate(over="ignore"):
+        values = np.asarray(values, np.float32)
+    return np.ascontiguousarray(values.reshape(-1, count).T)

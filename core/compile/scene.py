@@ -11,7 +11,7 @@ import numpy as np
 
 from ..accel import Accel, Hits
 from ..arena import Arena
-from ..camera import CameraRays
+from ..camera import CameraRays, check_camera
 from ..geometry import NORMAL
 from ..interaction import make_interact
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, Context
@@ -62,6 +62,7 @@ class CompiledScene:
     """
 
     def __init__(self, scene, settings, diagnostics, force_features=None, before=None):
+        check_camera(scene.camera)
         self.described, self.diagnostics = scene, diagnostics
         self._shows_uv = "uv" in settings.guides.names
         needs = needs_of(_materials_of(scene))

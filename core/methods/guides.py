@@ -94,7 +94,8 @@ def render_guides(compiled, scene, settings, cancelled=lambda: False):
     def work(places):
         if not hasattr(own, "worker"):
             own.worker = Worker(stop=stop)
-        tracer.trace_part(pixels[places], places, out, own.worker)
+        with np.errstate(all="ignore"):  # as in `Wavefront.radiance`
+            tracer.trace_part(pixels[places], places, out, own.worker)
 
     with ThreadPoolExecutor(threads) as pool:
         waiting = {pool.submit(work, places) for places in parts if places.size}

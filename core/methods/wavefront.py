@@ -6,6 +6,7 @@ A chunk is a set of lanes (pixel samples) that one worker carries from the camer
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Event
 
@@ -18,6 +19,21 @@ from ..nodes.base import CAMERA_RAY, SHADOW_RAY, Context
 from ..sampling.pixel_filter import pixel_filter
 from ..sampling.sampler import Draw
 from .transparency import transmittance
+
+# What numpy does about overflows and NaN in a chunk: what is not finite goes through, the film leaves it out and counts
+# it.
+_FLOATING_POINT = "ignore"
+
+
+@contextmanager
+def watched_arithmetic(watched=True):
+    """Let numpy warn of overflows and NaN while rendering, or not, as it does by default; for tests."""
+    global _FLOATING_POINT
+    before, _FLOATING_POINT = _FLOATING_POINT, "warn" if watched else "ignore"
+    try:
+        yield
+    finally:
+        _FLOATING_POINT = before
 
 
 @dataclass
@@ -104,7 +120,8 @@ class Wavefront:
 
     def radiance(self, chunk, worker):
         """What `trace` gives, black where the camera shows nothing."""
-        radiance = self.trace(chunk, worker)
+        with np.errstate(over=_FLOATING_POINT, divide=_FLOATING_POINT, invalid=_FLOATING_POINT):
+            radiance = self.trace(chunk, worker)
         if radiance is not None and worker.unseen is not None:
             radiance[:3, worker.unseen] = 0
             radiance[3:, worker.unseen] = 1

@@ -170,5 +170,6 @@ class Outputs(Mapping):
 
 def as_vector(value):
     """A Python number or tuple as (1,) or (3, 1) float32."""
-    a = np.asarray(value, np.float32)
+    with np.errstate(over="ignore"):
+        a = np.asarray(value, np.float32)
     return a.reshape(1) if a.ndim == 0 else a[:3].reshape(3, 1).copy()

@@ -13,6 +13,7 @@ from ..accel import Accel
 from ..compile import compile_scene
 from ..compile.features import Feature
 from ..diagnostics import Diagnostics, SceneError
+from ..methods.wavefront import watched_arithmetic
 from ..render import render
 from ..scene import Scene
 from ..settings import METHODS, Settings
@@ -107,7 +108,7 @@ def measure(case, variant=METHOD_VARIANTS[0]):
     value = noise = None
     nonfinite, failure = 0, ""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), watched_arithmetic():
             warnings.simplefilter("error")
             film = _film(case, variant, diagnostics)
         value, noise = mean_of(film)
