@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which primitive a ray hits: Embree through embreex, and what Embree lacks.
 
-embreex copies triangles one by one and knows no spheres. So geometry is attached through Embree's documented C API, on
-the scene that embreex made and on memory shared with numpy; embreex then traces as usual. Where that scene cannot be
-reached safely, `TriangleMesh` and spheres in closed form take over, with the same hits.
+embreex copies triangles one by one and knows no spheres and no curves. So geometry is attached through Embree's
+documented C API, on the scene that embreex made and on memory shared with numpy; embreex then traces as usual. Where
+that scene cannot be reached safely, `TriangleMesh` and spheres in closed form take over, with the same hits; curves are
+then not seen.
 """
 
 from __future__ import annotations
@@ -24,9 +25,13 @@ from embreex.rtcore_scene import EmbreeScene
 from .planes import plane_distance, sphere_distance
 
 # Of Embree's rtcore_geometry.h and rtcore_common.h, the same since version 4.0.
-_TRIANGLES, _SPHERE_POINTS = 0, 50
+_TRIANGLES, _SPHERE_POINTS, _ROUND_CATMULL_ROM = 0, 50, 58
 _INDEX, _VERTEX = 0, 1
-_UINT3, _FLOAT3, _FLOAT4 = 0x5003, 0x9003, 0x9004
+_UINT, _UINT3, _FLOAT3, _FLOAT4 = 0x5001, 0x5003, 0x9003, 0x9004
+
+# How far beyond the inside of a strand a ray goes on: shares of its way there and of its start's coordinates.
+_BEYOND, _COORDINATE_BEYOND = 1e-3, np.float32(2.0**-20)
+_MOST_EXITS = 16
 
 # So many spheres are cheap enough in closed form where Embree is built to cull their insides.
 _FEW = 64
@@ -64,6 +69,7 @@ class Accel:
 
     Blender's own Embree, which embreex is bound to inside Blender on Linux, does not show a sphere to rays from its
     inside. There up to 64 spheres are met in closed form; more of them are Embree's, and `insides_missed` is True.
+    Where curves cannot be attached, `strands_missed` is True. `u` runs along a curve's segment.
     """
 
     def __init__(self, geometry, native=True):
@@ -76,7 +82,6 @@ class Accel:
         self._scene = EmbreeScene(device, robust=True)
         api = _Api.reach(self._scene, device) if native else None
         self._buffers = []
-        self._triangle_count = geometry.triangle_count
         if geometry.triangle_count and not (api and self._attach_triangles(api, geometry.vertices, geometry.index)):
             TriangleMesh(self._scene, np.ascontiguousarray(geometry.corners.T).reshape(-1, 3, 3))
         self._spheres_attached = bool(
@@ -91,6 +96,9 @@ class Accel:
                 (geometry.triangle_count + s, partial(sphere_distance, geometry.centers[:, s], geometry.radii[s]))
                 for s in range(geometry.sphere_count)
             ]
+        self._strands_attached = bool(api and geometry.segment_count and self._attach_strands(api, geometry.strands))
+        self.strands_missed = geometry.segment_count > 0 and not self._strands_attached
+        self._first_numbers = self._numbers_by_attachment(geometry)
         self.native = api is not None
         # The first ray makes Embree build its tree; that must not happen in a worker.
         self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
@@ -98,12 +106,13 @@ class Accel:
     def intersect(self, o, d, tmax, arena, clock=None):
         """First hit of every ray, as `Hits` that are valid until the arena's frame ends."""
         # embreex writes the distances into the array it was given.
-        found = self._run(o, d, None if tmax is None else _copy(tmax, arena), clock, query="INTERSECT", output=True)
+        trace = self._outside if self._strands_attached else self._nearest
+        found = trace(o, d, None if tmax is None else _copy(tmax, arena), clock)
         t, prim = found["tfar"], found["primID"]
-        if self._spheres_attached and self._triangle_count:
+        for attachment, first in self._first_numbers:
             with arena.frame():
-                on_sphere = np.equal(found["geomID"], 1, out=arena.empty(prim.shape, bool))
-                np.add(prim, self._triangle_count, out=prim, where=on_sphere)
+                on_it = np.equal(found["geomID"], attachment, out=arena.empty(prim.shape, bool))
+                np.add(prim, first, out=prim, where=on_it)
         for number, distance in self._analytic:
             with arena.frame():
                 s = distance(o, d, arena)
@@ -117,6 +126,10 @@ class Accel:
         blocked = arena.empty(o.shape[1], bool)
         # Without `output`, with which embreex would hand out uninitialised memory.
         np.equal(self._run(o, d, tmax, clock, query="OCCLUDED"), 0, out=blocked)
+        if self._strands_attached:
+            lanes = np.flatnonzero(blocked)
+            met = self._outside(o[:, lanes], _of(d, lanes), None if tmax is None else tmax[lanes], clock)
+            blocked[lanes] = met["primID"] >= 0
         for _, distance in self._analytic:
             with arena.frame():
                 s = distance(o, d, arena)
@@ -124,10 +137,39 @@ class Accel:
                 np.logical_or(blocked, nearer, out=blocked)
         return blocked
 
+    def _nearest(self, o, d, tmax, clock):
+        return self._run(o, d, tmax, clock, query="INTERSECT", output=True)
+
+    def _outside(self, o, d, tmax, clock):
+        """`_nearest`, but rays leave strands from inside as if nothing were there; Cycles' do."""
+        limit = None if tmax is None else tmax.copy()
+        found = self._nearest(o, d, tmax, clock)
+        lanes = self._leaving(found, d)
+        for _ in range(_MOST_EXITS):
+            if not lanes.size:
+                break
+            start, way = o[:, lanes], _of(d, lanes)
+            t = found["tfar"][lanes] * np.float32(1 + _BEYOND)
+            t += _COORDINATE_BEYOND * np.abs(start).max(axis=0) / np.abs(way).max(axis=0)
+            left = None if limit is None else np.maximum(limit[lanes] - t, 0)
+            further = self._nearest(start + way * t, way, left, clock)
+            further["tfar"] += t
+            for name, values in further.items():
+                found[name][lanes] = values
+            lanes = lanes[self._leaving(further, way)]
+        return found
+
+    def _leaving(self, found, d):
+        """Lanes whose rays met a strand from inside."""
+        lanes = np.flatnonzero(found["geomID"] == self._strands_number)
+        return lanes[np.einsum("ni,in->n", found["Ng"][lanes], _of(d, lanes)) > 0]
+
     def _run(self, o, d, tmax, clock, **query):
         # embreex does not compare lengths, and would read past the end of the shorter array.
         if d.shape not in (o.shape, (3, 1)) or (tmax is not None and tmax.shape != o.shape[1:]):
             raise ValueError(f"rays do not fit: o {o.shape}, d {d.shape}, tmax {None if tmax is None else tmax.shape}")
+        if self._strands_attached:
+            o, d = _finite_rays(o, d)
         if clock is None:
             return self._scene.run(o.T, d.T, dists=tmax, **query)
         start = perf_counter()
@@ -145,6 +187,22 @@ class Accel:
         self._buffers.append(spheres)
         return api.attach_spheres(spheres)
 
+    def _attach_strands(self, api, strands):
+        vertices, index = strands.vertices, strands.index
+        self._buffers += [vertices, index]
+        return api.attach(
+            _ROUND_CATMULL_ROM,
+            [(_VERTEX, _FLOAT4, vertices, 16, len(vertices)), (_INDEX, _UINT, index, 4, len(index))],
+        )
+
+    def _numbers_by_attachment(self, geometry):
+        """[(Embree's number of a geometry, number of its first primitive)], those left out that start at 0."""
+        attached = [0] if geometry.triangle_count else []
+        attached += [geometry.triangle_count] if self._spheres_attached else []
+        self._strands_number = len(attached)  # they come last
+        attached += [geometry.first_segment] if self._strands_attached else []
+        return [(number, first) for number, first in enumerate(attached) if first]
+
 
 def _sphere_table(geometry):
     return np.ascontiguousarray(np.vstack([geometry.centers, geometry.radii]).T)
@@ -158,6 +216,20 @@ def _sees_inside():
     api, spheres = _Api.reach(scene, device), np.array([[0, 0, 0, 1]], np.float32)
     ray = np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32)
     return api.attach_spheres(spheres) and int(scene.run(*ray, query="OCCLUDED")[0]) == 0
+
+
+def _finite_rays(o, d):
+    """The rays, with direction 0 where they are no numbers, so that they miss: among curves Embree crashes on those."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.isfinite(o.sum()) and np.isfinite(d.sum()):
+            return o, d
+    lost = ~(np.isfinite(o).all(axis=0) & np.isfinite(d).all(axis=0))
+    return np.where(lost, np.float32(0), o), np.where(lost, np.float32(0), d)
+
+
+def _of(d, lanes):
+    """Directions of some lanes; one direction serves all."""
+    return d if d.shape[1] == 1 else d[:, lanes]
 
 
 def _copy(array, arena):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that a ray can hit, as read-only tables.
 
-Primitives are numbered through: triangles ``0..T-1``, then S spheres, then K infinite planes. A triangle's corners,
-normal and error bound stand in one row of 64 bytes, its *facet*: a hit costs one cache line. Embree is given vertices
-that triangles share, from which it builds its tree faster.
+Primitives are numbered through: triangles ``0..T-1``, then S spheres, C segments of strands, K infinite planes. A
+triangle's corners, normal and error bound stand in one row of 64 bytes, its *facet*: a hit costs one cache line. Embree
+is given vertices that triangles share, from which it builds its tree faster.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from .arena import Arena
 from .scene import Material
 from .spaces import Objects, View
+from .strands import Strands
 
 # Columns of a facet. Corners stand 16 bytes apart, as Embree likes its vertices.
 CORNERS = (slice(0, 3), slice(4, 7), slice(8, 11))
@@ -39,7 +40,7 @@ _SIDE_SLACK = 32 * UNIT_ROUNDOFF
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """Tables of T triangles, S spheres, K planes; P = T + S + K primitives. Positions are relative to `origin`.
+    """Tables of T triangles, S spheres, C segments, K planes, P primitives in all. Positions are relative to `origin`.
 
     Parameters
     ----------
@@ -55,16 +56,19 @@ class Geometry:
     plane_points, plane_normals : (3, K) float32
         The point of each plane that is nearest to `origin`, and its unit normal.
     material, object : (P,) int32
-        Number in `materials`; number of the instance, Spheres or Plane, counted through in this order.
+        Number in `materials`; number of the instance, Spheres, Curves or Plane, counted through in this order.
     materials : tuple of Material
     normals : (R, 9) float32
         Unit shading normals in world space at the three corners of the smooth triangles.
     uvs : mapping of str to (T, 6) float32
         ``u0 v0 u1 v1 u2 v2`` by name of the map; "" is each mesh's active one. A mesh without the map has zeros.
+        Spheres and segments have further rows where there are some (`core.compile.round_tables`).
     corner_values : mapping to (T, 3 C) float32
         What else shader nodes read at the triangles' corners (`core.compile.corners`), only what they do read.
     objects, view : Objects, View, optional
         What shader nodes know of objects, where they ask, and of the camera.
+    strands : Strands, optional
+        Hair, where there is some.
     """
 
     origin: np.ndarray
@@ -83,6 +87,7 @@ class Geometry:
     corner_values: dict = field(default_factory=dict)
     objects: Objects | None = None
     view: View | None = None
+    strands: Strands | None = None
 
     @classmethod
     def from_arrays(cls, triangles=(), centers=(), radii=(), plane_points=(), plane_normals=(), material=None):
@@ -135,6 +140,20 @@ class Geometry:
     def sphere_count(self):
         """S."""
         return self.radii.size
+
+    @property
+    def segment_count(self):
+        """C."""
+        return 0 if self.strands is None else self.strands.count
+
+    @property
+    def first_segment(self):
+        """Number of the first segment among all primitives."""
+        return self.triangle_count + self.sphere_count
+
+    def on_strand(self, prim):
+        """Whether primitives are segments of strands, (N,) bool."""
+        return (prim >= self.first_segment) & (prim < self.first_segment + self.segment_count)
 
     @property
     def plane_count(self):

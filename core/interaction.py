@@ -19,6 +19,9 @@ from .vecmath import dot, normalize
 # Relative error bounds of points on spheres and planes, with room for the next ray's own rounding.
 _SPHERE_SLACK = 16 * UNIT_ROUNDOFF
 _PLANE_SLACK = 16 * UNIT_ROUNDOFF
+# Of strands: shares of the radius, in which Embree looks for the surface step by step, and of the coordinates.
+_TUBE_SLACK = 1e-3
+_STRAND_SLACK = 32 * UNIT_ROUNDOFF
 
 # The share of its length by which a shadow ray ends early, so that it does not meet the light's own surface.
 SHADOW_EPSILON = 1e-4
@@ -46,10 +49,12 @@ def make_interact(geometry):
 
     All lanes must have hit; `hits` are dense, `o` and `d` (3, N) the rays that hit.
     """
-    first = np.cumsum([0, geometry.triangle_count, geometry.sphere_count, geometry.plane_count]).tolist()
+    counts = geometry.triangle_count, geometry.sphere_count, geometry.segment_count, geometry.plane_count
+    first = np.cumsum([0, *counts]).tolist()
+    functions = _on_triangles, _on_spheres, _on_strands, _on_planes
     kinds = [
         (begin, end, partial(function, geometry))
-        for function, begin, end in zip((_on_triangles, _on_spheres, _on_planes), first, first[1:], strict=False)
+        for function, begin, end in zip(functions, first, first[1:], strict=False)
         if end > begin
     ]
     if len(kinds) == 1:
@@ -192,6 +197,30 @@ def _on_spheres(geometry, hits, o, d, arena):
         _projected(center, ng, offset, arena)
         np.add(offset, radius, out=offset)
         np.multiply(offset, _SPHERE_SLACK, out=offset)
+    return Interaction(p, ng, ng, front, offset, hits.prim)
+
+
+def _on_strands(geometry, hits, o, d, arena):
+    """The normal points away from the spline, as in Cycles, whose "3D Curves" these are."""
+    count = hits.prim.size
+    p, ng, offset, front = _results(count, arena)
+    with arena.frame():
+        segment = np.subtract(hits.prim, geometry.first_segment, out=arena.empty(count, np.int32))
+        tube, n = geometry.strands.at(segment, hits.u, arena), arena.empty((3, count))
+        center, radius = tube[:3], tube[3]
+        np.multiply(d, hits.t, out=n)
+        np.add(n, o, out=n)
+        np.subtract(n, center, out=n)
+        normalize(n, arena, out=n)
+        lost = np.flatnonzero(~n.any(axis=0))  # a strand thinner than the coordinates' last digit faces the viewer
+        n[:, lost] = -d[:, lost] / np.sqrt((d[:, lost] ** 2).sum(axis=0))
+        np.multiply(n, radius, out=p)
+        np.add(p, center, out=p)
+        _turn(n, d, ng, front, arena)
+        _projected(p, ng, offset, arena)
+        np.multiply(offset, _STRAND_SLACK, out=offset)
+        np.multiply(radius, _TUBE_SLACK, out=radius)
+        np.add(offset, radius, out=offset)
     return Interaction(p, ng, ng, front, offset, hits.prim)
 
 

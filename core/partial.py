@@ -19,8 +19,8 @@ class PartialAccel:
     """Answers rays as `Accel` does, against the primitives `kept` (P,) bool of a geometry, numbered as in the whole."""
 
     def __init__(self, geometry, kept):
-        first_sphere, first_plane = geometry.triangle_count, geometry.count - geometry.plane_count
-        triangles, spheres, planes = kept[:first_sphere], kept[first_sphere:first_plane], kept[first_plane:]
+        ends = np.cumsum([geometry.triangle_count, geometry.sphere_count, geometry.segment_count])
+        triangles, spheres, segments, planes = np.split(kept, ends)
         index = geometry.index[triangles]
         part = replace(
             geometry,
@@ -28,6 +28,7 @@ class PartialAccel:
             index=np.append(index, np.zeros((INDEX_PADDING, 3), np.uint32), axis=0)[: len(index)],
             centers=np.ascontiguousarray(geometry.centers[:, spheres]),
             radii=geometry.radii[spheres],
+            strands=None if geometry.strands is None else geometry.strands.part(segments),
             plane_points=np.ascontiguousarray(geometry.plane_points[:, planes]),
             plane_normals=np.ascontiguousarray(geometry.plane_normals[:, planes]),
             material=geometry.material[kept],

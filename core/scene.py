@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .camera_description import Camera, Panorama, ThinLens  # noqa: F401 - words of a scene
+from .geometry_description import Attribute, ObjectInfo, TextureSpace
 from .visibility import LAMP, SEEN_BY_ALL, Visibility
 
 IDENTITY = np.eye(4)
@@ -141,33 +142,6 @@ class Material:
 
 
 @dataclass(frozen=True, eq=False)
-class Attribute:
-    """Values that shader nodes read by name.
-
-    Parameters
-    ----------
-    values : (n, C) float32
-        C is 1 for a number, 2 or 3 for a vector, 4 for a linear colour with alpha; n by `domain`.
-    domain : {"vertex", "corner", "triangle", "mesh"}
-    """
-
-    values: np.ndarray
-    domain: str = "vertex"
-
-
-@dataclass(frozen=True, eq=False)
-class TextureSpace:
-    """The box of a mesh that generated coordinates span from 0 to 1: centre `location`, half sides `size`.
-
-    `undeformed` (V, 3) are the vertices that are measured in it; None takes the mesh's own.
-    """
-
-    location: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    size: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    undeformed: np.ndarray | None = None
-
-
-@dataclass(frozen=True, eq=False)
 class Mesh:
     """Triangles in object space.
 
@@ -212,23 +186,6 @@ class Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class ObjectInfo:
-    """What shader nodes can ask of an object.
-
-    color: with alpha; random: in [0, 1], different for each object and instance; generated, uv: coordinates of the
-    point of the instancer where an instance stands; attributes: colours with alpha by (type, name), where the type is
-    ``"OBJECT"``, ``"INSTANCER"`` or ``"VIEW_LAYER"``.
-    """
-
-    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
-    index: int = 0
-    random: float = 0.0
-    generated: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    uv: tuple[float, float] = (0.0, 0.0)
-    attributes: Mapping[tuple[str, str], tuple] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
 class Instance:
     """A mesh placed in the world; `materials[slot]` of each triangle, the last slot when out of range.
 
@@ -245,13 +202,54 @@ class Instance:
 
 @dataclass(frozen=True, eq=False)
 class Spheres:
-    """Analytic spheres in world space: `centers` (N, 3), `radii` (N,)."""
+    """Analytic spheres in world space: `centers` (N, 3), `radii` (N,).
+
+    `attributes` are of the domains "vertex" (N rows) or "mesh".
+    """
 
     centers: np.ndarray
     radii: np.ndarray
     material: Material | None = None
     name: str = "spheres"
     info: ObjectInfo = field(default_factory=ObjectInfo)
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    visibility: Visibility = SEEN_BY_ALL
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Strands in object space: tubes around Catmull-Rom splines, as Blender draws hair.
+
+    Parameters
+    ----------
+    points : (N, 3) float32
+        Of all strands, from root to tip, one strand after the other; each goes through its first and last point.
+    radii : (N,) float32
+    counts : (S,) int
+        Points of each strand; those with fewer than two are left out.
+    transform : (4, 4) float64
+        Object to world. Radii take its mean scale.
+    uvs : mapping of str to (S, 2) float32
+        Where the strands are rooted, by UV map of the surface they grow on.
+    active_uv : str
+        The map used where none is named; "" is the first.
+    attributes : mapping of str to Attribute
+        Of the domains "vertex" (N rows), "strand" (S rows) or "mesh".
+    texture_space : TextureSpace, optional
+        In which the roots have generated coordinates; None is the bounding box of the points.
+    """
+
+    points: np.ndarray
+    radii: np.ndarray
+    counts: np.ndarray
+    transform: np.ndarray = field(default_factory=lambda: IDENTITY)
+    material: Material | None = None
+    name: str = "curves"
+    info: ObjectInfo = field(default_factory=ObjectInfo)
+    uvs: Mapping[str, np.ndarray] = field(default_factory=dict)
+    active_uv: str = ""
+    attributes: Mapping[str, Attribute] = field(default_factory=dict)
+    texture_space: TextureSpace | None = None
     visibility: Visibility = SEEN_BY_ALL
 
 
@@ -373,6 +371,12 @@ class Scene:
     planes: tuple[Plane, ...] = ()
     lights: tuple[Light, ...] = ()
     world: World = field(default_factory=World)
+    curves: tuple[Curves, ...] = ()
+
+    @property
+    def objects(self):
+        """All that can be hit, in the order in which objects are numbered."""
+        return (*self.instances, *self.spheres, *self.curves, *self.planes)
 
 
 def _rgb(color):

@@ -22,9 +22,16 @@ FILES = sorted(
 PACKAGE = [p for p in FILES if p.relative_to(ROOT).parts[0] in {"addon", "core"}]
 
 # A room may import its own, those on its right in `docs/design.md`, and nothing else. The floor is what all may use.
-FLOOR = {"core.diagnostics", "core.camera_description", "core.scene", "core.settings", "core.arena"}
-FLOOR |= {"core.visibility"}
-VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction", "core.spaces"}
+FLOOR = {
+    "core.diagnostics",
+    "core.camera_description",
+    "core.geometry_description",
+    "core.scene",
+    "core.settings",
+    "core.arena",
+    "core.visibility",
+}
+VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction", "core.spaces", "core.strands"}
 SAMPLING = VECTORS | {"core.sampling"}
 CAMERA = {"core.camera_lens", "core.camera_panorama"}
 TABLES = SAMPLING | {"core.accel", "core.partial", "core.planes", "core.camera", "core.camera_window"} | CAMERA
@@ -49,6 +56,8 @@ MAY_IMPORT = {
     "core.spaces": VECTORS,
     "core.camera": TABLES,
     "core.camera_description": set(),
+    "core.geometry_description": set(),
+    "core.strands": VECTORS,
     "core.camera_lens": SAMPLING,
     "core.camera_panorama": VECTORS,
     "core.camera_window": TABLES,

@@ -11,7 +11,7 @@ import numpy as np
 from ...core import scene as description
 
 # By data type: name in foreach_get, number of columns, what is stored.
-_TYPES = {
+TYPES = {
     "FLOAT": ("value", 1, np.float32),
     "INT": ("value", 1, np.int32),
     "INT8": ("value", 1, np.int32),
@@ -52,9 +52,9 @@ def active_color(mesh):
 
 
 def _read(mesh, attribute):
-    if attribute.data_type not in _TYPES or attribute.domain not in _DOMAINS:
+    if attribute.data_type not in TYPES or attribute.domain not in _DOMAINS:
         return None
-    member, columns, dtype = _TYPES[attribute.data_type]
+    member, columns, dtype = TYPES[attribute.data_type]
     values = np.zeros((len(attribute.data), columns), dtype)
     attribute.data.foreach_get(member, values.reshape(-1))
     if attribute.domain == "FACE":

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from ...core import scene as description
 from .cache import Kept
 from .graph import GraphReader
 from .updates import address
-from .versions import shader_tree
+from .versions import default_is_principled, shader_tree
 
 
 class Materials:
@@ -31,11 +33,12 @@ class Materials:
         self._diagnostics = diagnostics
         self._known = known or {}
         self.used = {}
+        self.default = default_material()
 
     def __call__(self, material):
-        """`core.scene.Material` of a bpy material; None stays None."""
+        """`core.scene.Material` of a bpy material, or of no material."""
         if material is None:
-            return None
+            return self.default
         key = material.as_pointer(), address(material)
         if key not in self.used:
             kept = self._known.get(key)
@@ -49,6 +52,14 @@ def keep_shader(thing, export, images, diagnostics):
     value = export(thing, images, diagnostics)
     passing = images.sequences > before or any("matrix" in node.properties for node in value.nodes)
     return Kept(value, frozenset([address(thing)]), passing=passing)
+
+
+@cache
+def default_material():
+    """What Blender shows where there is no material, named as it names it; one object for all exports."""
+    if default_is_principled():
+        return description.Material.principled("default_surface")
+    return description.Material.diffuse(name="default_surface")
 
 
 def export_material(material, images, diagnostics):
@@ -74,10 +85,14 @@ def export_material(material, images, diagnostics):
         return description.Material(material.name)
     place = f"material '{material.name}'"
     volume, moved = output.inputs.get("Volume"), output.inputs.get("Displacement")  # neither, of a world's output
-    if volume is not None and volume.is_linked:
+    has_volume = volume is not None and volume.is_linked
+    if has_volume:
         diagnostics.warn("volume is not rendered yet", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
+    if surface is None and has_volume:  # nothing stops a ray but what the volume would do
+        reader.nodes.append(description.Node("transparent"))
+        surface = len(reader.nodes) - 1
     displacement = None if moved is None else reader.link(moved)
     if displacement is not None and material.displacement_method != "BUMP":
         diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)

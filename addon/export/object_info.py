@@ -7,9 +7,12 @@ import numpy as np
 
 from ...core import scene as description
 from ...core.arena import Arena
+from ...core.compile.corners import as_colors
 from ...core.nodes.hashing import hash_words
+from .hair import curve_attribute
 
 _HASH_MAX = 0xFFFFFFFF
+_NONE = 0x7FFFFFFF  # where an instance's id has no further level
 
 
 class ObjectInfos:
@@ -18,9 +21,12 @@ class ObjectInfos:
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
+    diagnostics : Diagnostics
     """
 
-    def __init__(self, depsgraph):
+    def __init__(self, depsgraph, diagnostics):
+        self._diagnostics = diagnostics
+        self._of_instances = {}
         self._layer = depsgraph.view_layer_eval, depsgraph.scene_eval
         self._arena = Arena(4096)
 
@@ -64,8 +70,29 @@ class ObjectInfos:
             owners = instance.object, instance.object.data
             if kind == "INSTANCER" and instance.is_instance:
                 system = instance.particle_system
+                value = None if system else self._of_nodes(instance, name)
+                if value is not None:
+                    return value
                 owners = (*([system.settings] if system else []), instance.parent, *owners)
         return next((v for v in (_property(o, name) for o in owners if o is not None) if v), (0.0,) * 4)
+
+    def _of_nodes(self, instance, name):
+        """Colour and alpha of an attribute of what geometry nodes instance; None where there is no such."""
+        parent, (_, index, outer, *_) = instance.parent, instance.persistent_id
+        if parent is None or outer != _NONE or index == _NONE or all(m.type != "NODES" for m in parent.modifiers):
+            return None
+        if not hasattr(parent, "evaluated_geometry"):
+            message = "attributes of instances of geometry nodes cannot be read before Blender 5.0; properties are"
+            self._diagnostics.warn(message, f"object '{parent.name}'")
+            return None
+        key = parent.name_full, name
+        if key not in self._of_instances:
+            geometry = parent.evaluated_geometry()  # it owns the cloud
+            cloud = geometry.instances_pointcloud()
+            found = curve_attribute(cloud.attributes.get(name)) if cloud else None
+            self._of_instances[key] = None if found is None else as_colors(found.values)[:, :4]
+        values = self._of_instances[key]
+        return None if values is None or index >= len(values) else tuple(values[index].tolist())
 
 
 def _property(owner, name):

@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...core import scene as description
+from .hair import curve_attribute
 
 DEFAULT_RADIUS = 0.01  # Blender's, where the attribute is missing
 
 
-def export_points(cloud, transform, material, name, diagnostics):
+def export_points(cloud, transform, material, name, diagnostics, names=frozenset()):
     """Spheres of a point cloud in world space, None where it is empty.
 
     Parameters
@@ -21,6 +22,8 @@ def export_points(cloud, transform, material, name, diagnostics):
     material : core.scene.Material or None
     name : str
     diagnostics : Diagnostics
+    names : set of str
+        Of the attributes that its material reads.
     """
     count = len(cloud.points)
     if count == 0:
@@ -36,4 +39,7 @@ def export_points(cloud, transform, material, name, diagnostics):
         diagnostics.warn("points under a non-uniform scale stay spheres, of the mean scale", f"object '{name}'")
     centers = positions @ transform[:3, :3].T + transform[:3, 3]
     scale = float(np.prod(scales)) ** (1 / 3)
-    return description.Spheres(centers.astype(np.float32), radii * np.float32(scale), material, name)
+    attributes = {n: a for n in names if n and (a := curve_attribute(cloud.attributes.get(n))) is not None}
+    return description.Spheres(
+        centers.astype(np.float32), radii * np.float32(scale), material, name, attributes=attributes
+    )

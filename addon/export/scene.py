@@ -12,6 +12,7 @@ from ...core import scene as description
 from ...core.compile.needs import needs_of
 from .cache import ExportCache, Kept
 from .camera import export_camera, frame_size, render_border
+from .hair import export_curves, export_hair, has_hair
 from .image import Images
 from .light import export_light
 from .material import Materials, keep_shader
@@ -26,7 +27,6 @@ from .world import export_world
 __all__ = ("export_scene", "frame_size", "render_border")
 
 _NOT_YET = {
-    "CURVES": "hair curves are not rendered yet",
     "VOLUME": "volumes are not rendered yet",
     "GREASEPENCIL": "grease pencil is not rendered by Zraka",
     "GPENCIL": "grease pencil is not rendered by Zraka",
@@ -71,14 +71,18 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None, c
     seen_by = camera if ready else export_camera(depsgraph, diagnostics, camera, size)
     objects = _Objects(depsgraph, diagnostics, cache, still)
     for instance in depsgraph.object_instances:
-        if instance.show_self and (visible is None or visible(instance)):
-            objects.add(instance)
+        if visible is None or visible(instance):
+            if instance.show_self:
+                objects.add(instance)
+            if instance.show_particles:
+                objects.add_hair(instance)
     world = objects.world(getattr(layer, "world_override", None) or scene.world)
     objects.leave(cache)
     return description.Scene(
         camera=seen_by,
         instances=tuple(objects.instances),
         spheres=tuple(objects.spheres),
+        curves=tuple(objects.curves),
         planes=tuple(objects.planes),
         lights=tuple(objects.lights),
         world=world,
@@ -90,6 +94,8 @@ class _Objects:
 
     def __init__(self, depsgraph, diagnostics, cache, still):
         self.instances, self.spheres, self.planes, self.lights = [], [], [], []
+        self.curves = []
+        self._is_render = depsgraph.mode == "RENDER"
         self._images = Images(diagnostics, depsgraph.scene_eval.frame_current, cache.images)
         self._materials = Materials(self._images, diagnostics, cache.materials)
         self._override = depsgraph.view_layer_eval.material_override
@@ -99,7 +105,7 @@ class _Objects:
         self._meshes, self._worlds = {}, {}
         self._still = still
         self._needs = {}
-        self._infos = ObjectInfos(depsgraph)
+        self._infos = ObjectInfos(depsgraph, diagnostics)
         self._visibility = Visibilities(depsgraph)
         self._diagnosed = set()
 
@@ -132,15 +138,34 @@ class _Objects:
             if light is not None:
                 self.lights.append(light)
         elif isinstance(data, bpy.types.PointCloud):
-            material = self._materials_of(obj, data)[:1] or (None,)
-            spheres = export_points(data, _matrix(instance), material[0], obj.name, self._diagnostics)
+            material = self._materials_of(obj, data)[:1]
+            needs = self._needs_of(material)
+            names = needs.attributes | needs.colors
+            spheres = export_points(data, _matrix(instance), material[0], obj.name, self._diagnostics, names)
             if spheres is not None:
-                info, seen = self._info(instance, self._needs_of(material)), self._visibility(instance)
+                info, seen = self._info(instance, needs), self._visibility(instance)
                 self.spheres.append(replace(spheres, info=info, visibility=seen))
+        elif isinstance(data, bpy.types.Curves):
+            material = self._materials_of(obj, data)[:1]
+            needs = self._needs_of(material)
+            curves = export_curves(data, _matrix(instance), material[0], obj.name, needs)
+            if curves is not None:
+                info, seen = self._info(instance, needs), self._visibility(instance)
+                self.curves.append(replace(curves, info=info, visibility=seen))
         elif obj.type == "EMPTY":
             self._add_plane(instance)
         elif obj.type in _NOT_YET:
             self._diagnostics.warn(_NOT_YET[obj.type], f"object '{obj.name}'")
+
+    def add_hair(self, instance):
+        """Add the hair of one entry's particle systems."""
+        obj = instance.object
+        if obj.type != "MESH" or not has_hair(obj, self._is_render):
+            return
+        materials = self._materials_of(obj, obj.data)
+        for curves in export_hair(obj, _matrix(instance), materials, self._is_render, lambda m: self._needs_of((m,))):
+            info = self._info(instance, self._needs_of((curves.material,)))
+            self.curves.append(replace(curves, info=info, visibility=self._visibility(instance)))
 
     def _add_mesh(self, instance, data):
         obj, materials = instance.object, self._materials_of(instance.object, data)
@@ -181,7 +206,7 @@ class _Objects:
             if slot.link == "OBJECT":
                 materials.extend([None] * (index + 1 - len(materials)))
                 materials[index] = slot.material
-        return tuple(self._materials(material) for material in materials)
+        return tuple(self._materials(material) for material in materials) or (self._materials.default,)
 
     def _add_plane(self, instance):
         """An empty marked as an infinite plane: its XY plane, the front where its Z axis points."""

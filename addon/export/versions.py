@@ -74,3 +74,8 @@ def working_space():
     """Name of the space that the file's colours are in; since 5.0 not always Rec.709."""
     spaces = getattr(bpy.data, "colorspace", None)
     return getattr(spaces, "working_space", "Linear Rec.709")
+
+
+def default_is_principled():
+    """Whether what has no material is shown as Principled BSDF; as Diffuse BSDF in 4.2 and 4.3, which were measured."""
+    return bpy.app.version >= (5, 0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ...core.visibility import ALL_RAYS, UNLIMITED, ObjectSet, Rays, Visibility
 
-_SHOWN = ("MESH", "CURVE", "FONT", "SURFACE", "META", "POINTCLOUD", "LIGHT", "EMPTY")
+_SHOWN = ("MESH", "CURVE", "FONT", "SURFACE", "META", "POINTCLOUD", "CURVES", "LIGHT", "EMPTY")
 _KINDS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 _BOUNCES = 1024  # the most that Blender's settings can say, which stands for no limit
 
@@ -91,9 +91,6 @@ def diagnose_object(obj, diagnostics):
     place = f"object '{obj.name}'"
     if obj.is_shadow_catcher and obj.type != "LIGHT":
         diagnostics.warn("shadow catchers are not supported; they are rendered as ordinary objects", place)
-    for system in obj.particle_systems:
-        if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-            diagnostics.warn("particle hair is not rendered yet", place)
 
 
 def _rays(obj):

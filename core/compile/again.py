@@ -15,7 +15,7 @@ _CAMERA_OUTPUTS = frozenset(["camera", "window"])
 
 def same_shapes(one, other):
     """Whether two `core.scene.Scene`s have the same things to hit, of the same materials, in the same places."""
-    return all(_same(getattr(one, name), getattr(other, name)) for name in ("instances", "spheres", "planes"))
+    return all(_same(getattr(one, name), getattr(other, name)) for name in ("instances", "spheres", "curves", "planes"))
 
 
 def same_lights(one, other):

@@ -40,10 +40,12 @@ def corner_tables(groups, count, needs):
     for kind, names in (("attribute", needs.attributes), ("color", needs.colors)):
         for name in names:
             columns = 5 if any(_width(_attribute(g.mesh, name)) == 2 for g in groups) else 4
-            missing = (0.0, 0.0, 0.0, float(kind == "attribute"), 0.0)
-            makers[kind, name] = columns, partial(_colors, name=name, missing=missing)
+            makers[kind, name] = columns, partial(_colors, name=name, missing=missing_color(kind))
     for name in needs.tangents:
         makers["tangent", name] = 7, partial(_frames, name=name)
+    for key, columns in (("strand", 4), ("point", 1)):  # that only what is round has
+        if getattr(needs, key):
+            makers[key] = columns, _nothing
     return {key: _table(groups, count, columns, maker) for key, (columns, maker) in makers.items()}
 
 
@@ -58,6 +60,10 @@ def _table(groups, count, columns, maker):
         if group.flipped.any():
             rows[group.flipped] = rows[group.flipped][:, :, (0, 2, 1)]
     return table
+
+
+def _nothing(group):
+    return None
 
 
 def _generated(group):
@@ -126,14 +132,23 @@ def _colors(group, name, missing):
     index = indices[domain]
     if values.ndim != 2 or (index.size and int(index.max()) >= len(values)):
         raise SceneError(f"attribute '{name}' of mesh '{group.mesh.name}' has shape {values.shape}; make it (n, C)")
-    found = np.zeros((len(values), 5), np.float32)
-    width = values.shape[1]
+    return np.broadcast_to(as_colors(values)[index], (len(group.triangles), 3, 5))
+
+
+def as_colors(values):
+    """Colour, alpha and number (n, 5) of an attribute's values (n, C)."""
+    found, width = np.zeros((len(values), 5), np.float32), values.shape[1]
     found[:, :3] = values[:, :1] if width == 1 else 0
     found[:, : min(width, 4)] = values[:, :4]
     if width < 4:
         found[:, 3] = 1
     found[:, 4] = found[:, 0] if width == 2 else found[:, :3].mean(1)
-    return np.broadcast_to(found[index], (len(group.triangles), 3, 5))
+    return found
+
+
+def missing_color(kind):
+    """What an attribute is read as where there is none, by the node that reads it."""
+    return 0.0, 0.0, 0.0, float(kind == "attribute"), 0.0
 
 
 # -- tangents ----------------------------------------------------------------------------------------------------------

@@ -13,9 +13,12 @@ from ..diagnostics import SceneError
 from ..geometry import BLOCK, INDEX_PADDING, Geometry, columns_of
 from ..scene import Material
 from .corners import corner_tables
+from .memory import check_memory
 from .needs import Needs
 from .objects import compile_objects
 from .placing import boxes, check_length, corner_index, place, share_of_most, turn
+from .round_tables import append_rows
+from .strands import place_curves, write_segments
 from .triangles import write_triangles
 
 # Things smaller than this share of the scene lose digits that count where they are far from the tables' zero.
@@ -44,17 +47,20 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     Raises
     ------
     SceneError
-        Arrays of a mesh, of spheres or a transform whose shape or indices do not fit.
+        Arrays of a mesh, of spheres or a transform whose shape or indices do not fit, or tables that memory does not.
     """
     numbering = _Materials()
     centers, radii = _spheres(scene.spheres)
-    needs = needs or Needs()
+    placed = place_curves(scene.curves)
+    needs, uv_names = needs or Needs(), tuple(uv_names)
+    check_memory(scene.instances, len(uv_names), needs.corner_columns)
     # What is not finite comes out as NaN and is left out below.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         groups, count = place(scene.instances)
-        origin = _centre(groups, centers, radii, scene)
+        reached = np.concatenate([centers, placed.points]), np.concatenate([radii, placed.radii])
+        origin = _centre(groups, *reached, scene)
         vertices, index, facets, normals, good = write_triangles(groups, count, origin)
-    names = [x.name for x in (*scene.instances, *scene.spheres, *scene.planes)]
+    names = [x.name for x in scene.objects]
     material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
     uvs = {name: _uvs(groups, name, count) for name in uv_names}
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -85,8 +91,13 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
             names,
             diagnostics,
         )
+    segments, hair_material, hair_objects = _hair(scene, placed, origin, numbering, names, diagnostics)
+    if segments is not None or scene.spheres:
+        kept = np.flatnonzero(good)
+        uvs = {name: append_rows(table, ("uv", name), scene, kept, segments) for name, table in uvs.items()}
+        corner_values = {key: append_rows(t, key, scene, kept, segments) for key, t in corner_values.items()}
     flat_material, flat_objects = _owners(
-        scene.planes, [1] * len(scene.planes), len(scene.instances) + len(scene.spheres), numbering
+        scene.planes, [1] * len(scene.planes), len(scene.objects) - len(scene.planes), numbering
     )
     points, directions = _planes(scene.planes, origin)
     return Geometry(
@@ -98,13 +109,14 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
         radii=single[good],
         plane_points=points,
         plane_normals=directions,
-        material=_joined(material, round_material[good], flat_material),
-        object=_joined(objects, round_objects[good], flat_objects),
+        material=_joined(material, round_material[good], hair_material, flat_material),
+        object=_joined(objects, round_objects[good], hair_objects, flat_objects),
         materials=tuple(numbering.materials),
         normals=normals,
         uvs=uvs,
         corner_values=corner_values,
         objects=compile_objects(scene, origin, numbering.materials) if needs.objects else None,
+        strands=None if segments is None else segments.strands,
     )
 
 
@@ -206,7 +218,21 @@ def _uvs(groups, name, count):
     return table
 
 
-# -- spheres and planes ------------------------------------------------------------------------------------------------
+# -- strands, spheres and planes ---------------------------------------------------------------------------------------
+
+
+def _hair(scene, placed, origin, numbering, names, diagnostics):
+    """Segments of all curves or None, and the material and object of each."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        segments = write_segments(placed, origin)
+    first = len(scene.instances) + len(scene.spheres)
+    if segments is None:
+        return None, *_owners((), (), first, numbering)
+    if segments.lost.size:
+        message = "pieces of strands without radius or with coordinates that are not finite were left out"
+        _tell_dropped(message, first + segments.lost, names, diagnostics)
+    material = np.array([numbering.number(c.material) for c in scene.curves], np.int32)
+    return segments, material[segments.owner], (first + segments.owner).astype(np.int32)
 
 
 def _spheres(groups):

@@ -89,7 +89,7 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics, environme
     for number, light in enumerate(scene.lights):
         builder.add(light, number)
     first_object = len(scene.lights)
-    world = first_object + len(scene.instances) + len(scene.spheres) + len(scene.planes)
+    world = first_object + len(scene.objects)
     emissive, surfaces, twins = _emissive_surfaces(geometry, emission_of_material, builder, first_object)
     kinds = builder.kinds() + surfaces
     emitter = [builder.emitters(), *(geometry.object[np.atleast_2d(k.prim)[0]] + first_object for k in surfaces)]

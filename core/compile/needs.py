@@ -20,7 +20,7 @@ class Needs:
 
     uvs, tangents: of UV maps; attributes, colors: of attributes of meshes, by the two nodes that read them;
     object_attributes: (type, name) of those of objects; generated, pointiness, island: whether these are read; objects:
-    whether anything of objects is.
+    whether anything of objects is; strand, point: what Curves Info and Point Info tell.
     """
 
     uvs: set = field(default_factory=set)
@@ -32,6 +32,14 @@ class Needs:
     pointiness: bool = False
     island: bool = False
     objects: bool = False
+    strand: bool = False
+    point: bool = False
+
+    @property
+    def corner_columns(self):
+        """Columns of all tables of values at triangles' corners (`core.compile.corners`), about."""
+        names = 4 * (len(self.attributes) + len(self.colors)) + 7 * len(self.tangents)
+        return names + 3 * self.generated + self.pointiness + self.island + 4 * self.strand + self.point
 
     def __or__(self, other):
         """What one of both names."""
@@ -92,6 +100,8 @@ def _add(needs, node, outputs):
             needs.uvs.add("")
     if _takes_tangent(node):
         needs.generated = needs.objects = True
+    needs.strand |= node.op == "hair_info"
+    needs.point |= node.op == "point_info" and "random" in outputs
     needs.objects |= node.op in _OF_OBJECTS or (node.op == "image" and properties.get("projection") == "BOX")
 
 

@@ -24,10 +24,10 @@ def compile_objects(scene, origin, materials):
     Spheres and planes are described in world space, so that is their object space. An object that is scaled to nothing
     along an axis has no inverse; the pseudo-inverse is used.
     """
-    objects = (*scene.instances, *scene.spheres, *scene.planes)
+    objects = scene.objects
     to_world = np.tile(np.eye(4), (len(objects), 1, 1))
-    for matrix, instance in zip(to_world, scene.instances, strict=False):
-        matrix[...] = instance.transform
+    for matrix, placed in zip(to_world, objects, strict=True):
+        matrix[...] = getattr(placed, "transform", matrix)
     location = to_world[:, :3, 3].copy()
     to_world[~np.isfinite(to_world).all((1, 2))] = np.eye(4)
     to_world[:, :3, 3] -= origin

@@ -115,6 +115,8 @@ class CompiledScene:
             diagnostics.warn("this Blender's Embree does not show spheres of large point clouds from inside")
         if self.visibility.holdout_prim is not None and settings.method != "pathtrace":
             diagnostics.warn("objects that are holdouts are rendered as any other by this method")
+        if self.accel.strands_missed:
+            diagnostics.warn("hair and curves are not rendered: Embree's curves cannot be reached here")
         cuts = settings.transparent_film and settings.method == "pathtrace"
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
@@ -264,7 +266,7 @@ def _are(some, others):
 
 def _materials_of(scene):
     found = {m for i in scene.instances for m in i.materials}
-    found |= {s.material for s in scene.spheres} | {p.material for p in scene.planes}
+    found |= {x.material for x in (*scene.spheres, *scene.curves, *scene.planes)}
     return [m for m in found if m is not None]
 
 

@@ -144,11 +144,11 @@ class _Normals:
         first = 1
         for group, values, numbers in self._groups:
             count, size = len(group.numbers), len(values)
-            matrix = _scaled(group.normal_matrix)
+            matrix, kept = _scaled(group.normal_matrix), _interpolated_before(group)
             world = self._world[group.first_vertex if self._by_vertex else first :][: count * size]
             world = world.reshape(count, size, 3)
             for some, part in _blocks(count, size):
-                yield partial(_write_normals, values[part], matrix[some], world[some, part])
+                yield partial(_write_normals, values[part], matrix[some], kept[some], world[some, part])
             if not self._by_vertex:
                 yield from _indexing(group, numbers, first, size, self._index)
             first += count * size
@@ -189,10 +189,26 @@ def _scaled(matrices):
     return matrices / np.abs(matrices).max((1, 2), keepdims=True)
 
 
-def _write_normals(values, matrix, out, arena):
+def _interpolated_before(group):
+    """Which instances (I,) interpolate normals in object space: those of a shared mesh under an uneven scale.
+
+    Their corners' normals are not brought to unit length in the world, which comes to the same. So does Cycles; a mesh
+    that is used once it moves to the world, and interpolates there.
+    """
+    if len(group.numbers) == 1:
+        return np.zeros(1, bool)
+    square = group.normal_matrix @ group.normal_matrix.transpose(0, 2, 1)
+    even = square[:, :1, :1] * np.eye(3)
+    return np.abs(square - even).max((1, 2)) > 1e-6 * np.abs(square).max((1, 2))
+
+
+def _write_normals(values, matrix, kept, out, arena):
+    """Normals in the world; of unit length, but for those of the instances `kept`."""
     world = np.matmul(values, matrix.transpose(0, 2, 1), out=arena.empty(out.shape, np.float64))
     x, y, z = (world[..., k] for k in range(3))
     length = np.sqrt(x * x + y * y + z * z)
+    if kept.any():
+        length[kept] = length[kept] > 0
     for k in range(3):
         np.divide(world[..., k], length, out=out[..., k], casting="same_kind")
 

@@ -40,7 +40,7 @@ class SceneVisibility:
     """
 
     def __init__(self, scene, geometry, lights, accel):
-        objects = (*scene.instances, *scene.spheres, *scene.planes)
+        objects = scene.objects
         of_objects = [o.visibility for o in objects]
         emitters = [light.visibility for light in scene.lights] + of_objects + [scene.world.visibility]
         self.first_object, self.world = len(scene.lights), len(emitters) - 1

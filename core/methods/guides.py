@@ -122,7 +122,7 @@ class _Guides(Wavefront):
             self._samples = 1
         self._transparent = Feature.TRANSPARENCY in self.features
         self._accel = compiled.visibility.camera
-        objects = (*scene.instances, *scene.spheres, *scene.planes)
+        objects = scene.objects
         self._object_index = _floats([options.indices.get(x.name, x.info.index) for x in objects])
         self._material_index = _floats([m.index for m in compiled.geometry.materials])
         self._has_uv = _floats(
@@ -367,8 +367,8 @@ class _Guides(Wavefront):
 def matte_names(compiled, scene, options):
     """Names by object, material and asset number, as Cycles gives them, by matte."""
     described = {id(m) for x in scene.instances for m in x.materials}
-    described |= {id(x.material) for x in (*scene.spheres, *scene.planes)}
-    objects = [x.name for x in (*scene.instances, *scene.spheres, *scene.planes)]
+    described |= {id(x.material) for x in (*scene.spheres, *scene.curves, *scene.planes)}
+    objects = [x.name for x in scene.objects]
     return {
         "crypto_object": objects,
         "crypto_material": [m.name if id(m) in described else "default_surface" for m in compiled.geometry.materials],

@@ -28,14 +28,15 @@ def lookup_generated(context):
     """Generated coordinates of the lanes, (3, N): what a texture without a linked vector takes.
 
     A mesh's texture space is 0 to 1, as a rule its box before deformation. A world's are its directions; a sphere's
-    and a plane's their position in the world.
+    and a plane's their position in the world; a strand's those of its root.
     """
     if context.direction is not None:
         return context.direction
     s, geometry = context.surface, context.geometry
     out = corner_values_at(geometry.corner_values["generated"], s.prim, s.u, s.v, context.arena)
     if geometry.count > geometry.triangle_count:
-        np.copyto(out, spaces.world_position(context), where=s.prim >= geometry.triangle_count)
+        without = (s.prim >= geometry.triangle_count) & ~geometry.on_strand(s.prim)
+        np.copyto(out, spaces.world_position(context), where=without)
     return out
 
 

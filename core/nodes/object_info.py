@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..interaction import corner_values_at
+from ..vecmath import dot, normalize
 from . import spaces
 from .base import Operation, Outputs
 from .hashing import hash_to_unit
@@ -37,12 +39,6 @@ def _object_info(context, inputs, properties):
     return Outputs(_OUTPUTS, context, context.geometry.objects)
 
 
-def _constant(numbers, vectors):
-    """An operation whose outputs are all 0."""
-    outputs = dict.fromkeys(numbers, _NUMBER) | dict.fromkeys(vectors, _VECTOR)
-    return lambda context, inputs, properties: outputs
-
-
 def _absent(what, outputs):
     """What the user is told of outputs that are not there."""
     return dict.fromkeys(outputs, f"{what} are not known to nodes; 0 is used")
@@ -55,12 +51,48 @@ def _particle_info(context, inputs, properties):
 
 
 _PARTICLE = ("index", "random", "age", "lifetime", "location", "size", "velocity", "angular_velocity")
-_HAIR = ("intercept", "length", "thickness", "tangent_normal", "random")
-_POINT = ("random",)
+_STRAND = ("intercept", "length", "thickness", "random")  # columns of the table
+
+
+def _strand_info(column):
+    def read(context):
+        s = context.surface
+        return corner_values_at(context.geometry.corner_values["strand"], s.prim, s.u, s.v, context.arena)[column]
+
+    return read
+
+
+def _is_strand(context):
+    out = context.arena.empty(context.count)
+    np.copyto(out, context.geometry.on_strand(context.surface.prim), casting="unsafe")
+    return out
+
+
+def _tangent_normal(context):
+    """Across the strand, towards the viewer, (3, N)."""
+    s, arena, geometry = context.surface, context.arena, context.geometry
+    out = arena.zeros((3, context.count))
+    lanes = np.flatnonzero(geometry.on_strand(s.prim))
+    if lanes.size:
+        along = geometry.strands.along(s.prim[lanes] - geometry.first_segment, s.u[lanes], arena)
+        wo = arena.take(s.wo, lanes)
+        across = wo - along * dot(wo, along, arena)
+        out[:, lanes] = normalize(across, arena, out=across)
+    return out
+
+
+_CURVES = {"is_strand": _is_strand, "tangent_normal": _tangent_normal}
+_CURVES |= {name: _strand_info(column) for column, name in enumerate(_STRAND)}
+
+
+def _curves_info(context, inputs, properties):
+    if context.surface is None:
+        return dict.fromkeys(_CURVES, _NUMBER) | {"tangent_normal": _VECTOR}
+    return Outputs(_CURVES, context)
 
 
 def _point_info(context, inputs, properties):
-    """Centre and radius of the spheres of a point cloud."""
+    """Centre, radius and random number of the spheres of a point cloud."""
     s, arena, geometry = context.surface, context.arena, context.geometry
     position, radius = arena.zeros((3, context.count)), arena.zeros(context.count)
     if s is not None and geometry.sphere_count:
@@ -69,15 +101,15 @@ def _point_info(context, inputs, properties):
         origin = geometry.origin.astype(np.float32).reshape(3, 1)
         position[:, lanes] = geometry.centers[:, number[lanes]] + origin
         radius[lanes] = geometry.radii[number[lanes]]
-    return {"position": position, "radius": radius, "random": _NUMBER}
+    random, table = _NUMBER, None if s is None else geometry.corner_values.get("point")
+    if table is not None:
+        random = corner_values_at(table, s.prim, s.u, s.v, arena)[0]
+    return {"position": position, "radius": radius, "random": random}
 
 
 OPERATIONS = {
     "object_info": Operation(_object_info, foldable=False),
     "particle_info": Operation(_particle_info, unsupported=_absent("particles", _PARTICLE)),
-    "hair_info": Operation(
-        _constant(("is_strand", "intercept", "length", "thickness", "random"), ("tangent_normal",)),
-        unsupported=_absent("curves", _HAIR),
-    ),
-    "point_info": Operation(_point_info, foldable=False, unsupported=_absent("random numbers of points", _POINT)),
+    "hair_info": Operation(_curves_info, foldable=False),
+    "point_info": Operation(_point_info, foldable=False),
 }

@@ -28,6 +28,9 @@ def blend(blender_scene, add_camera, tmp_path):
     add_camera(blender_scene)
     add_camera(blender_scene, "Other", 9.0)
     bpy.ops.mesh.primitive_plane_add(size=20)
+    matte = bpy.data.materials.new("Matte")
+    matte.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
+    bpy.context.object.data.materials.append(matte)
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     lamp.data.energy = np.pi
     lamp.data.angle = 0.0

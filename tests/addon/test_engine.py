@@ -316,6 +316,9 @@ def test_passes_are_listed_once(blender_scene):
 def test_a_lit_floor_by_every_method(blender_scene, add_camera, tmp_path):
     add_camera(blender_scene)
     bpy.ops.mesh.primitive_plane_add(size=20)
+    matte = bpy.data.materials.new("Matte")
+    matte.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
+    bpy.context.object.data.materials.append(matte)
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
     lamp.data.energy = np.pi
     lamp.data.angle = 0.0

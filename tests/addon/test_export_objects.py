@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+from zraka.addon.export.material import default_material
 from zraka.addon.export.scene import export_scene
 from zraka.core.diagnostics import Diagnostics
 
@@ -226,8 +227,8 @@ def test_several_materials_and_slots_of_the_object(scene):
     other.material_slots[1].link = "OBJECT"
     other.material_slots[1].material = blue
     by_name = {i.name: i for i in export().instances}
-    names = {n: [m and m.name for m in i.materials] for n, i in by_name.items()}
-    assert names == {"Data": ["Red", "Green", None], "Own": ["Red", "Blue", None]}
+    names = {n: [m.name for m in i.materials] for n, i in by_name.items()}
+    assert names == {"Data": ["Red", "Green", "default_surface"], "Own": ["Red", "Blue", "default_surface"]}
     assert by_name["Data"].mesh is by_name["Own"].mesh
     assert by_name["Data"].materials[0] is by_name["Own"].materials[0]
     assert by_name["Data"].mesh.material_index.tolist() == [0, 0, 1, 1, 2, 2]
@@ -314,12 +315,26 @@ def test_an_empty_may_be_an_infinite_plane(blender_scene):
 # -- what is said ------------------------------------------------------------------------------------------------------
 
 
-def test_hair_curves_are_said_once(scene):
+def test_volumes_are_said_once(scene):
     for name in "AB":
-        add(scene, name, bpy.data.hair_curves.new(name))
+        add(scene, name, bpy.data.volumes.new(name))
+    material = bpy.data.materials.new("Smoke")
+    material.node_tree.nodes.clear()
+    output, volume = (material.node_tree.nodes.new(f"ShaderNode{n}") for n in ("OutputMaterial", "VolumeScatter"))
+    material.node_tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    for name in "CD":
+        add(scene, name, quads()).data.materials.append(material)
+    scene.world = bpy.data.worlds.new("Fog")
+    tree = scene.world.node_tree
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
     diagnostics = Diagnostics()
-    export(diagnostics)
-    assert diagnostics.messages() == ["hair curves are not rendered yet (object 'A', object 'B')"]
+    (exported,) = {i.materials for i in export(diagnostics).instances}
+    assert sorted(diagnostics.messages()) == [
+        "volume is not rendered yet (material 'Smoke', world 'Fog')",
+        "volumes are not rendered yet (object 'A', object 'B')",
+    ]
+    assert [n.op for n in exported[0].nodes] == ["transparent"]  # not black
 
 
 def test_a_shadow_catcher_is_said_once_for_all_instances(scene):
@@ -355,4 +370,4 @@ def test_materials_are_exported_once(scene):
         add(scene, name, mesh)
     one, other, bare = export().instances
     assert one.materials[0] is other.materials[0] is not None
-    assert not bare.materials
+    assert bare.materials == (default_material(),)

@@ -213,6 +213,7 @@ def test_blenders_own_embree_answers_alike(blender):
     assert 0.1 < facts["hit"] < 0.9
     assert min(facts["same_prim"], facts["same_blocked"], facts["blocked_agrees"]) > 0.9999
     assert facts["largest_difference"] < 1e-4
+    assert facts["tube"] == [pytest.approx(0.9, abs=1e-3), None]  # a strand is not seen from inside
     assert str(blender.home) in facts["embreex"]
     assert str(blender.home) not in facts["numpy"]
 

@@ -316,7 +316,7 @@ def test_what_reads_an_unknown_node_takes_its_default():
     assert 0.8 in row and len(messages) == 1 and "Magic Wand" in messages[0]
 
 
-@pytest.mark.parametrize("op", ["particle_info", "hair_info", "point_info", "bevel", "ambient_occlusion"])
+@pytest.mark.parametrize("op", ["particle_info", "bevel", "ambient_occlusion"])
 def test_what_is_not_known_is_said(op):
     names = {"particle_info": "age", "bevel": "normal", "ambient_occlusion": "color"}
     messages = []

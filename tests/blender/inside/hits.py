@@ -15,6 +15,8 @@ CORE = "bl_ext.user_default.zraka.core"
 accel = importlib.import_module(f"{CORE}.accel")
 Arena = importlib.import_module(f"{CORE}.arena").Arena
 Geometry = importlib.import_module(f"{CORE}.geometry").Geometry
+compile_geometry = importlib.import_module(f"{CORE}.compile.geometry").compile_geometry
+description = importlib.import_module(f"{CORE}.scene")
 
 
 def answers(native):
@@ -34,6 +36,15 @@ def answers(native):
     return tree.native, hits.t.copy(), hits.prim.copy(), blocked.copy()
 
 
+def tube():
+    """Distances at which a ray meets a strand of radius 0.1 from 1 m above its middle, and from its middle."""
+    strand = description.Curves([(x, 0, 0) for x in range(5)], np.full(5, 0.1), [5])
+    geometry = compile_geometry(description.Scene(description.Camera(np.eye(4)), curves=(strand,)))
+    o = np.float32([[0.2, 0, 1], [0.2, 0, 0]]).T.copy()
+    hits = accel.Accel(geometry).intersect(o, np.float32([[0], [0], [-1]]), None, Arena())
+    return [float(t) if prim >= 0 else None for t, prim in zip(hits.t, hits.prim, strict=True)]
+
+
 native, t, prim, blocked = answers(native=True)
 _, plain_t, plain_prim, plain_blocked = answers(native=False)
 same = prim == plain_prim
@@ -45,6 +56,7 @@ facts = {
     "same_blocked": float((blocked == plain_blocked).mean()),
     "blocked_agrees": float((blocked == (prim >= 0)).mean()),
     "largest_difference": float(np.max(np.abs(t - plain_t)[same & (prim >= 0)])),
+    "tube": tube(),
     "global_scope": accel._loaded_library()._name is None,
     "embree": sorted({Path(name).name for name in maps if "libembree" in name}),
     "embreex": accel.embreex.__file__,

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Curves to the segments of `core.strands`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..diagnostics import SceneError
+from ..strands import INDEX_PADDING, Strands
+
+
+class Segments(NamedTuple):
+    """C segments of all the strands of a scene."""
+
+    strands: Strands
+    owner: np.ndarray  # (C,) number of the Curves
+    start: np.ndarray  # (C,) number of the point at its root's side; the other is the next one
+    lost: np.ndarray  # owners (L,) of segments that were left out
+
+
+class Placed(NamedTuple):
+    """The points of all curves, one after the other, in the world; float64."""
+
+    points: np.ndarray  # (N, 3)
+    radii: np.ndarray  # (N,)
+    counts: np.ndarray  # (S,) of all strands
+    owner: np.ndarray  # (S,)
+
+
+def place_curves(curves):
+    """All curves of a scene in the world, checked, a `Placed`."""
+    points, radii, counts = [np.zeros((0, 3))], [np.zeros(0)], [np.zeros(0, np.intp)]
+    for one in curves:
+        matrix = np.asarray(one.transform, np.float64)
+        local, radius, count = np.asarray(one.points, np.float64), np.asarray(one.radii), np.asarray(one.counts)
+        if matrix.shape != (4, 4) or local.shape != (len(radius), 3) or count.ndim != 1 or count.sum() != len(radius):
+            raise SceneError(
+                f"curves '{one.name}' have points {local.shape}, radii {np.shape(radius)}, {count.sum()} points in "
+                f"strands and a transform {matrix.shape}; make them (N, 3), (N,), N and (4, 4)"
+            )
+        points.append(local @ matrix[:3, :3].T + matrix[:3, 3])
+        radii.append(radius * abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3))
+        counts.append(count.astype(np.intp))
+    owner = np.repeat(np.arange(len(curves)), [len(c) for c in counts[1:]])
+    return Placed(np.concatenate(points), np.concatenate(radii), np.concatenate(counts), owner)
+
+
+def write_segments(placed, origin):
+    """The `Segments` of what is `placed`, relative to `origin`; None where nothing can be hit.
+
+    Left out are segments with a control point that is not finite, and those without radius at both ends.
+    """
+    points = np.concatenate([placed.points - origin, np.maximum(placed.radii, 0)[:, None]], axis=1)
+    strand = np.repeat(np.arange(len(placed.counts)), placed.counts)
+    first = np.cumsum(placed.counts) - placed.counts
+    # Each strand has two more control points than points.
+    vertices = np.zeros((len(points) + 2 * len(placed.counts) + 1, 4), np.float32)
+    vertices[np.arange(len(points)) + 2 * strand + 1] = points
+    several = placed.counts >= 2
+    root, tip = first[several], (first + placed.counts - 1)[several]
+    vertices[root + 2 * np.flatnonzero(several)] = points[root]
+    vertices[tip + 2 * np.flatnonzero(several) + 2] = points[tip]
+
+    start = np.flatnonzero(strand[:-1] == strand[1:])
+    index = start + 2 * strand[start]
+    finite = np.isfinite(vertices).all(axis=1)
+    good = np.logical_and.reduce([finite[index + k] for k in range(4)])
+    good &= (vertices[index + 1, 3] > 0) | (vertices[index + 2, 3] > 0)
+    owner = placed.owner[strand[start]]
+    lost, owner, start, index = owner[~good], owner[good], start[good], index[good]
+    if not index.size:
+        return None
+    index = np.append(index, np.zeros(INDEX_PADDING, np.intp)).astype(np.uint32)[: index.size]
+    return Segments(Strands(vertices, index), owner, start, lost)
