@@ -101,7 +101,7 @@ def noisy_weights(parts):
 def _squares(picture, noise, tiny):
     means = [neighbours_mean(channel, _REACH) for channel in picture]
     apart = sum(np.square(own - mean) for own, mean in zip(picture, means, strict=True))
-    keep = np.clip(1 - noise / np.maximum(apart, tiny), 0, 1)
+    keep = 1 - np.minimum(noise, apart) / np.maximum(apart, tiny)
     return sum(np.square(mean + keep * (own - mean)) for own, mean in zip(picture, means, strict=True))
 
 

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..interaction import spawn
+from ..interaction import SHORTEST, spawn
 from ..nodes.base import SHADOW_RAY, Context
 from ..sampling.sampler import Draw
+from ..vecmath import dot
 from .trails import pass_straight
 
+_ROUNDED = np.float32(1 - 5e-7)  # room for the rounding of what is left of a shadow ray
 _PASSAGE_GROUPS = 1 << 16  # dimensions of each further passage of one bounce
 
 
@@ -57,15 +59,24 @@ def transmittance(scene, accel, o, d, tmax, transparent_depth, worker, ray=SHADO
             ray = ray._replace(length=ray.length + hits.t)
         left[:, lane] *= straight_weight(scene, surface, arena, ray)
         goes = np.flatnonzero(left[:, lane].any(axis=0))
-        tmax = arena.take(tmax, met)[goes] - hits.t[goes]
-        d, lane = arena.take(d, goes), lane[goes]
-        o = spawn(surface.p[:, goes], surface.offset[goes], surface.ng[:, goes], d, arena)
+        lane, start, d, tmax = lane[goes], o[:, goes], d[:, goes], tmax[met][goes]
+        o, d, tmax = _onwards(type(surface)(*(a[..., goes] for a in surface)), start, d, tmax, arena)
         ray = ray.at(goes)
         ray = ray._replace(transparent_depth=ray.transparent_depth + 1)
         if lane.size == 0:
             return left
     left[:, lane] = 0
     return left
+
+
+def _onwards(surface, start, d, tmax, arena):
+    """What is left of shadow rays beyond a surface, (o, d, tmax): aimed anew at where they end.
+
+    One that only went on parallel, or for as long as it had to from the surface, would meet the light's own.
+    """
+    left = np.maximum(tmax - dot(surface.p - start, d, arena) / dot(d, d, arena), SHORTEST)
+    o = spawn(surface.p, surface.offset, surface.ng, d, arena)
+    return o, d - (o - surface.p) / left, left * _ROUNDED
 
 
 def pass_through(scene, state, hits, depth, transparent_depth, samples, worker, trace=None, clear=None):
