@@ -20,8 +20,8 @@ from .neighbours import box
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
-_JUDGED = 1 << 18  # pixels that tell a picture's error; more would cost time and tell little
-_BAND = 16  # rows
+_JUDGED = 1 << 15  # pixels that tell a picture's error; more would cost time and tell little
+_BAND = 8  # rows
 _REACH = 2  # pixels to each side that share their errors' squares
 
 INTERVAL_95 = 2.06
@@ -225,7 +225,7 @@ class Film:
 
     def _bands(self):
         """Slices of whole rows by which the error is judged: all of small pictures, an even share of large ones."""
-        step = max(self.height * self.width // _JUDGED, 1)
+        step = -(-self.height * self.width // _JUDGED)
         starts = range(0, self.height, _BAND * step) if step > 1 else (0,)
         rows = _BAND if step > 1 else self.height
         return [slice(y * self.width, min(y + rows, self.height) * self.width) for y in starts]
