@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from ..core.settings import Guides
+from .export.versions import blends_features
 
 UNKNOWN = 1e10
 """The error of a pixel with too few samples to tell; as far away as Blender's nothing."""
@@ -166,6 +167,7 @@ def guides_of(depsgraph):
         mist_depth=mist[1],
         mist_falloff=mist[2] if mist[2] in _FALLOFF_ENUMS else "QUADRATIC",
         levels=_ranks(view_layer),
+        blends=blends_features(),
         indices=indices,
         assets=assets,
     )

@@ -88,7 +88,8 @@ class Material:
     """A surface: a graph of nodes and the number of the closure node that reaches the output.
 
     `surface` is None for a material without a surface shader (it renders black, as in Blender). `displacement` is the
-    vector by which its surface is moved, shown as a turned normal. `index` is a number that nodes can read.
+    vector by which its surface is moved, shown as a turned normal; `displacement_step` tells from heights how far
+    apart, in footprints of a pixel. `index` is a number that nodes can read.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Material:
     surface: int | None = None
     displacement: Link | None = None
     index: int = 0
+    displacement_step: float = 0.1
 
     @classmethod
     def single(cls, op, name=None, **inputs):

@@ -25,6 +25,8 @@ class Guides:
     mist_falloff : {"QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"}
     levels : int
         Ranks of the mattes.
+    blends : bool
+        Whether what a denoiser is told goes smoothly from surfaces that show themselves to those that show others.
     indices, assets : mapping of str
         Number, and name of what it belongs to, of objects by name; those not here have their `info.index` and name.
     """
@@ -36,6 +38,7 @@ class Guides:
     mist_depth: float = 25.0
     mist_falloff: str = "QUADRATIC"
     levels: int = 6
+    blends: bool = False
     indices: Mapping[str, int] = field(default_factory=dict)
     assets: Mapping[str, str] = field(default_factory=dict)
 

@@ -61,6 +61,8 @@ class View:
         Rows of 3 x 4 matrices; camera space has Y up and looks along +Z.
     origin : (3, 1) float32
     is_perspective : bool
+    pixel : (float, float)
+        Width and height of a pixel as shares of the frame's.
     """
 
     def __init__(self, camera, width, height, origin):
@@ -80,6 +82,7 @@ class View:
         self._clip_start = float(camera.clip_start)
         self._window = tuple(float(x) for x in camera.window)
         left, right, bottom, top = self._window
+        self.pixel = 1.0 / width, 1.0 / height
         self._pixel = (right - left) / width, (top - bottom) / height
 
     def raster(self, p, arena):

@@ -9,7 +9,7 @@ from ...core import scene as description
 from .cache import Kept
 from .graph import GraphReader
 from .updates import address
-from .versions import default_is_principled, shader_tree
+from .versions import default_is_principled, displacement_step, shader_tree
 
 
 class Materials:
@@ -96,4 +96,5 @@ def export_material(material, images, diagnostics):
     displacement = None if moved is None else reader.link(moved)
     if displacement is not None and material.displacement_method != "BUMP":
         diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)
-    return description.Material(material.name, tuple(reader.nodes), surface, displacement, material.pass_index)
+    nodes = tuple(reader.nodes)
+    return description.Material(material.name, nodes, surface, displacement, material.pass_index, displacement_step())

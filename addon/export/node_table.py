@@ -73,8 +73,10 @@ _SKY |= {"dust_density": "aerosol_density"}  # before 5.0
 
 NODES = {
     # Closures
-    "ShaderNodeBsdfPrincipled": NodeType("principled", properties=_same("distribution", "subsurface_method")),
-    "ShaderNodeBsdfDiffuse": NodeType("diffuse"),
+    "ShaderNodeBsdfPrincipled": NodeType(
+        "principled", properties=_same("distribution", "subsurface_method"), fixed=versions.older_principled()
+    ),
+    "ShaderNodeBsdfDiffuse": NodeType("diffuse", fixed=versions.older_diffuse()),
     "ShaderNodeBsdfGlossy": _GLOSSY,
     "ShaderNodeBsdfAnisotropic": _GLOSSY,
     "ShaderNodeBsdfGlass": NodeType("glass", properties=_DISTRIBUTION),
@@ -116,12 +118,17 @@ NODES = {
     "ShaderNodeTexGabor": NodeType("gabor", properties=_same("gabor_type")),
     "ShaderNodeTexSky": NodeType("sky", properties=_SKY, read=values.sun_direction),
     "ShaderNodeTexVoronoi": NodeType(
-        versions.voronoi_operation(), properties=_same("voronoi_dimensions", "distance", "feature", "normalize")
+        versions.voronoi_operation(),
+        properties=_same("voronoi_dimensions", "distance", "feature", "normalize"),
+        fixed=versions.older_voronoi(),
     ),
     "ShaderNodeMapping": NodeType("mapping", properties=_same("vector_type")),
     # Inputs
     "ShaderNodeTexCoord": NodeType(
-        "tex_coord", properties=_same("from_instancer"), read=node_inputs.texture_coordinate
+        "tex_coord",
+        properties=_same("from_instancer"),
+        fixed=versions.texture_coordinate(),
+        read=node_inputs.texture_coordinate,
     ),
     "ShaderNodeUVMap": NodeType("uv_map", properties=_same("uv_map", "from_instancer")),
     "ShaderNodeNewGeometry": NodeType("geometry"),
@@ -140,7 +147,9 @@ NODES = {
     "ShaderNodeBevel": NodeType("bevel"),
     "ShaderNodeAmbientOcclusion": NodeType("ambient_occlusion"),
     # Normals
-    "ShaderNodeNormalMap": NodeType("normal_map", properties=_same("space", "uv_map", "convention")),
+    "ShaderNodeNormalMap": NodeType(
+        "normal_map", properties=_same("space", "uv_map", "convention"), fixed=versions.normal_map()
+    ),
     "ShaderNodeBump": NodeType("bump", properties=_same("invert")),
     "ShaderNodeDisplacement": NodeType("displacement", properties=_same("space")),
     "ShaderNodeVectorDisplacement": NodeType("vector_displacement", properties=_same("space")),

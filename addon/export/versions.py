@@ -51,6 +51,42 @@ def voronoi_operation():
     return "voronoi" if bpy.app.version >= (5, 0) else "voronoi_4"
 
 
+def older_voronoi():
+    """Properties of the Voronoi Texture, which found the nearest point by the distance itself before 4.5."""
+    return {"older": ("order",)} if bpy.app.version < (4, 5) else {}
+
+
+def displacement_step():
+    """Footprints of a pixel between the heights that displacement is bumped by."""
+    return 0.1 if bpy.app.version >= (4, 5) else 1.0
+
+
+def older_principled():
+    """Properties that name what the Principled BSDF did otherwise before (`core.bsdf.principled.expand`)."""
+    older = [name for name, until in (("coat", (4, 5)), ("film", (5, 0))) if bpy.app.version < until]
+    return {"older": tuple(older)} if older else {}
+
+
+def older_diffuse():
+    """Properties of the Diffuse BSDF; before 4.3 light was not scattered again between its facets."""
+    return {"older": ("facets",)} if bpy.app.version < (4, 3) else {}
+
+
+def normal_map():
+    """Properties of the Normal Map; since 5.1 the normal of tangent space is made a unit vector."""
+    return {"unit_normal": True} if bpy.app.version >= (5, 1) else {}
+
+
+def texture_coordinate():
+    """Properties of Texture Coordinate; since 5.2 a bump steps by pixels over the window, however its points lie."""
+    return {"window_step": "PIXEL"} if bpy.app.version >= (5, 2) else {}
+
+
+def blends_features():
+    """Whether what a denoiser is told goes smoothly from surfaces to what they mirror; since 5.1."""
+    return bpy.app.version >= (5, 1)
+
+
 # Operations that Blender does not compute itself, even of constants; measured in 5.0 and 5.2.
 LEFT_TO_ENGINES = {"bright_contrast", "combine_color", "hue_saturation", "invert"}
 LEFT_TO_ENGINES |= {"mapping", "normal", "rgb_to_bw", "separate_color"}

@@ -27,13 +27,18 @@ def sheen_layer(x, n, wo, below, arena):
     return (sheen, below * share, {"a": a, "b": b}), _lessened(below, share)
 
 
-def coat_layer(lobe, x, n, wo, below, arena):
-    """(lobe, weight, params) of the coat, and what is left below it; `lobe` is `dielectric.Rough` or `Mirror`."""
+def coat_layer(lobe, x, n, wo, below, arena, regains=True):
+    """(lobe, weight, params) of the coat, and what is left below it; `lobe` is `dielectric.Rough` or `Mirror`.
+
+    A rough coat `regains` the energy that single scattering loses. Before Blender 4.5 it does not, and dims what lies
+    below as if it were smooth.
+    """
     mu, ior = facing(n, wo, arena), np.maximum(x["coat_ior"], 1.0)
     f0 = fresnel.f0_from_ior(ior)
     params, weight = {"eta": ior, "f0": f0}, below * x["coat_weight"]
     if lobe is dielectric.Rough:
         params["alpha"] = alpha = np.square(x["coat_roughness"])
+    if lobe is dielectric.Rough and regains:
         e, average = energy.reflection(mu, alpha, arena)
         factor = energy.compensation(e, average, fresnel.dielectric_average(ior))
         reflected = factor * e * (f0 + (1.0 - f0) * energy.schlick(mu, alpha, ior, arena))

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Glass under a thin film. Parameters as of `glass`, and `film`, `thickness` as of `thin_film`; all is (3, N)."""
+"""Glass under a thin film.
+
+Parameters as of `glass`, and `film`, `thickness`, `film_fitted` as of `metal`; all is (3, N).
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,8 @@ def split(params, cosine, arena):
     """How light divides at a facet, as `glass.split` tells it."""
     eta = params["eta"]
     _, cos_t = fresnel.dielectric(cosine, eta, arena)
-    reflected = thin_film.over_dielectric(cosine, eta, params["film"], params["thickness"], arena)
+    fitted = "film_fitted" in params
+    reflected = thin_film.over_dielectric(cosine, eta, params["film"], params["thickness"], arena, fitted)
     if "f0" in params:
         reflected = thin_film.tinted(reflected, params["f0"], eta)
     np.copyto(reflected, 1.0, where=cos_t <= 0.0)

@@ -2,7 +2,8 @@
 """Fresnel curves of metals with optical constants or a thin film, and dielectrics with one, for reflecting lobes.
 
 Parameters: `n`, `k` (3, ·) of a metal's complex index; `f0`, `tint` of the F82-tint curve as of `conductor`; `eta`,
-`f0` as of `dielectric`; with a film `film` (its index) and `thickness` (nm), (N,) or (1,). All give (3, N).
+`f0` as of `dielectric`; with a film `film` (its index) and `thickness` (nm), (N,) or (1,), and `film_fitted` where the
+film is that of `thin_film`'s older response. All give (3, N).
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def f82_film(params, cosine, arena):
 
 def dielectric_film(params, cosine, arena):
     """A dielectric's surface under a film."""
-    reflected = thin_film.over_dielectric(cosine, params["eta"], params["film"], params["thickness"], arena)
+    film = params["film"], params["thickness"], arena, "film_fitted" in params
+    reflected = thin_film.over_dielectric(cosine, params["eta"], *film)
     return thin_film.tinted(reflected, params["f0"], params["eta"])
 
 

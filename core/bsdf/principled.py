@@ -74,13 +74,15 @@ _USED = {
 }
 
 
-def lobes_of(constants):
+def lobes_of(constants, older=()):
     """The lobes that a node needs, by layer, from those of its inputs that are constant.
 
     Parameters
     ----------
     constants : mapping of str to float or sequence
         Inputs with one value for all lanes; an input that is missing here varies (fill in `DEFAULTS` first).
+    older : collection of str
+        As of `expand`.
 
     Returns
     -------
@@ -106,15 +108,15 @@ def lobes_of(constants):
     if not never("coat_weight"):
         polished = never("coat_roughness", microfacet.SMOOTH_ALPHA**0.5)
         lobes["coat"] = dielectric.Mirror if polished else dielectric.Rough
-    lobes |= _surface(never, always, smooth, film, stretched)
+    lobes |= _surface(never, always, smooth, film, stretched, older)
     return lobes
 
 
-def _surface(never, always, smooth, film, stretched):
+def _surface(never, always, smooth, film, stretched, older):
     """The lobes below sheen and coat."""
     lobes = {}
     if not never("metallic"):
-        plain, curve = (conductor, metal.f82_film) if film else (conductor, None)
+        plain, curve = (conductor, metal.f82_film) if film and "film" not in older else (conductor, None)
         lobes["metallic"] = _reflection(plain, curve, smooth, stretched)
     if always("metallic", 1.0):
         return lobes
@@ -143,7 +145,7 @@ def inputs_of(lobes):
     return names
 
 
-def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=None, coat_normal=None):
+def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=None, coat_normal=None, older=()):
     """The lobes of the lanes with weights and parameters, for `mixture.Mixture`.
 
     Parameters
@@ -162,6 +164,9 @@ def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=N
         Direction of anisotropy; without one any will do.
     coat_normal : (3, N), optional
         Unit normal of the coat, where it is not `n`.
+    older : collection of str
+        What is done as by an older Blender: ``"coat"`` (before 4.5) regains no energy, ``"film"`` (before 5.0) is seen
+        by a fit of the eye's response, and metal has none.
 
     Returns
     -------
@@ -169,14 +174,16 @@ def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=N
     """
     x = cleaned(inputs)
     if lobes is None:
-        lobes = lobes_of({name: value for name, value in x.items() if value.shape[-1] == 1})
+        lobes = lobes_of({name: value for name, value in x.items() if value.shape[-1] == 1}, older)
     below, out = np.ones((3, 1), np.float32), []
     if "alpha" in lobes:
         out.append((transparent, below * (1.0 - x["alpha"]), {}, None))
         below = below * x["alpha"]
     if "sheen" in lobes or "coat" in lobes:
-        upper, below = _coating(lobes, x, n, coat_normal, wo, below, arena)
+        upper, below = _coating(lobes, x, n, coat_normal, wo, below, arena, "coat" not in older)
         out += upper
+    if "film" in older:
+        x["film_fitted"] = np.ones(1, np.float32)
     mu = coating.facing(n, wo, arena)
     facing = _Facing(mu, np.square(x["roughness"]), _stretch(x, n, tangent, arena, lobes), multiscatter, arena)
     if "metallic" in lobes:
@@ -245,7 +252,7 @@ def cleaned(inputs):
     return x
 
 
-def _coating(lobes, x, n, coat_normal, wo, below, arena):
+def _coating(lobes, x, n, coat_normal, wo, below, arena, regains):
     """Entries of sheen and coat, and what is left below them."""
     sheen_normal, coat_normal_ = coating.normals_of(x, n, coat_normal, arena)
     out = []
@@ -253,7 +260,7 @@ def _coating(lobes, x, n, coat_normal, wo, below, arena):
         entry, below = coating.sheen_layer(x, sheen_normal, wo, below, arena)
         out.append((*entry, None if coat_normal is None else sheen_normal))
     if "coat" in lobes:
-        entry, below = coating.coat_layer(lobes["coat"], x, coat_normal_, wo, below, arena)
+        entry, below = coating.coat_layer(lobes["coat"], x, coat_normal_, wo, below, arena, regains)
         out.append((*entry, coat_normal))
     return out, below
 
@@ -336,7 +343,10 @@ def _specular_index(x):
 
 def _film(lobe, x):
     """Parameters of a thin film, none where the lobe has none."""
-    return {"film": x["thin_film_ior"], "thickness": x["thin_film_thickness"]} if _has_film(lobe) else {}
+    if not _has_film(lobe):
+        return {}
+    fitted = {"film_fitted": x["film_fitted"]} if "film_fitted" in x else {}
+    return {"film": x["thin_film_ior"], "thickness": x["thin_film_thickness"]} | fitted
 
 
 def _base(lobes, x, below):

@@ -27,9 +27,13 @@ _TERMS = 3
 _TINY = 1e-20
 
 
-def over_dielectric(cosine, eta, film, thickness, arena):
-    """Reflectance (3, N) of a film over a dielectric of relative index `eta`, at cosines (N,) from outside."""
-    film = _faded(film, thickness)
+def over_dielectric(cosine, eta, film, thickness, arena, fitted=False):
+    """Reflectance (3, N) of a film over a dielectric of relative index `eta`, at cosines (N,) from outside.
+
+    With `fitted`, the eye's response is a sum of Gaussians and films below 30 nm fade out, as before Blender 5.0.
+    """
+    film = _faded(film, thickness, 30.0 if fitted else 1.0)
+    seen = _fitted_sensitivity if fitted else _sensitivity
     upper, cos_film, total = _interface(cosine, film)
     lower, _, total_below = _interface(cos_film, eta / film)
     path = 2.0 * film * thickness * cos_film
@@ -37,7 +41,7 @@ def over_dielectric(cosine, eta, film, thickness, arena):
     for above, below in zip(upper, lower, strict=True):
         # Each face turns the wave by 0 or π, the sign of its amplitude; from within, the upper face by the opposite.
         sign = np.where((above >= 0.0) == (below >= 0.0), np.float32(-1.0), np.float32(1.0))
-        out += _airy(np.square(above), np.square(below), path, (sign, np.zeros_like(sign)), arena)
+        out += _airy(np.square(above), np.square(below), path, (sign, np.zeros_like(sign)), arena, seen)
     np.multiply(out, 0.5, out=out)
     np.copyto(out, 1.0, where=total | total_below)
     return np.clip(out, 0.0, 1.0, out=out)
@@ -99,9 +103,9 @@ def index_of(f0, f82):
     return n, np.sqrt(np.maximum(k2, 0.0))
 
 
-def _faded(film, thickness):
-    """The film's index, which below 1 nm goes over into the outside's."""
-    t = np.clip(thickness, 0.0, 1.0)
+def _faded(film, thickness, least=1.0):
+    """The film's index, which below `least` nm goes over into the outside's."""
+    t = np.clip(thickness / least, 0.0, 1.0)
     return 1.0 + (np.maximum(film, 1e-5) - 1.0) * (t * t * (3.0 - 2.0 * t))
 
 
@@ -153,7 +157,7 @@ def _unit(real, imaginary):
     return np.where(length > 0.0, real / safe, np.float32(1.0)), imaginary / safe
 
 
-def _airy(upper, lower, path, phase, arena):
+def _airy(upper, lower, path, phase, arena, seen=None):
     """Reflectance (3, N) of one polarisation.
 
     Parameters
@@ -164,7 +168,10 @@ def _airy(upper, lower, path, phase, arena):
         Difference of the optical paths, nm.
     phase : pair of (N,) or (3, N)
         exp(i φ) of the turns at both faces.
+    seen : callable, optional
+        Sensitivity to the paths, in the place of the table.
     """
+    seen = seen or _sensitivity
     through = 1.0 - upper
     both = upper * lower
     root = np.sqrt(both)
@@ -175,7 +182,7 @@ def _airy(upper, lower, path, phase, arena):
     coefficient = inner - through
     for term in range(1, _TERMS + 1):
         coefficient = coefficient * root
-        seen_real, seen_imaginary = _sensitivity(path * float(term), arena)
+        seen_real, seen_imaginary = seen(path * float(term), arena)
         total += 2.0 * coefficient * (sum_real * seen_real + sum_imaginary * seen_imaginary)
         sum_real, sum_imaginary = (
             sum_real * real - sum_imaginary * imaginary,
@@ -198,3 +205,34 @@ def _sensitivity(path, arena):
     table, reach = _table()
     at = path * (1.0 / reach)
     return tuple(np.stack([lookup.linear(row, at, arena) for row in part]) for part in table)
+
+
+# Gaussians of wave numbers that make up X, Y, Z and X's second hump: height, centre and variance.
+# Source: Belcour and Barla 2017, supplemental material; the result is divided by the integral of Y.
+_GAUSSIANS = (
+    (0, 5.4856e-13, 1.6810e6, 4.3278e9),
+    (1, 4.4201e-13, 1.7953e6, 9.3046e9),
+    (2, 5.2481e-13, 2.2084e6, 6.6121e9),
+    (0, 9.7470e-14, 2.2399e6, 4.5282e9),
+)
+_INTEGRAL = 1.0685e-7
+_FROM_WHITE = np.array(  # XYZ, white being (1, 1, 1), to Rec.709
+    [
+        (3.080399, -1.537383, -0.543016),
+        (-0.921223, 1.875968, 0.045256),
+        (0.052874, -0.203977, 1.151103),
+    ],
+    np.float32,
+)
+
+
+def _fitted_sensitivity(path, arena):
+    """As `_sensitivity`, by the fit; for waves turned by 0 or π alone, so that it has no imaginary part."""
+    phase = path * np.float32(2e-9 * np.pi)
+    square = phase * phase
+    xyz = arena.zeros((3, path.size))
+    for row, height, centre, variance in _GAUSSIANS:
+        scale = height * (2.0 * np.pi * variance) ** 0.5 / _INTEGRAL
+        xyz[row] += np.cos(centre * phase) * np.exp(-variance * square) * np.float32(scale)
+    real = np.matmul(_FROM_WHITE, xyz, out=arena.empty(xyz.shape))
+    return real, np.zeros((3, 1), np.float32)

@@ -166,7 +166,8 @@ def compile_program(material, diagnostics, subject="material"):
     builder = Builder(material, diagnostics, subject)
     builder.normal = _displaced_normal(material, builder)
     scatter, emission, transparency, holdout, closures, dimensions = {}, [], [], [], [], {}
-    for closure, weight, inputs, properties in _closures(material, builder):
+    for found in _closures(material, builder):
+        closure, weight, inputs, properties = found
         constants = {name: v.value for name, v in inputs.items() if isinstance(v, Const)}
         linked = set(inputs) - set(constants)
         closure.diagnose(constants, linked, properties, diagnostics, builder.place)
@@ -179,7 +180,7 @@ def compile_program(material, diagnostics, subject="material"):
             scatter[number, "weight"] = weight
             dimensions |= {(number, name): dimension_of(name, default) for name, default in closure.inputs.items()}
             dimensions[number, "weight"] = 1
-        emission += _covered(builder, closure, constants, inputs, _product(builder, weight, closure.emission, inputs))
+        emission += _covered(builder, found, constants, _product(builder, weight, closure.emission, inputs))
         transparency += _product(builder, weight, closure.transparency, inputs)
         holdout += [weight] if closure.is_holdout else []
     code = Code(builder, scatter, dimensions)
@@ -188,7 +189,12 @@ def compile_program(material, diagnostics, subject="material"):
     clear = Code(builder, {"T": clear}) if clear is not None else None
     hole = Code(builder, {"H": hole}) if hole is not None else None
     structure = tuple(
-        (c.name, tuple((layer, id(lobe)) for layer, lobe in lobes.items()), properties.get("distribution"))
+        (
+            c.name,
+            tuple((layer, id(lobe)) for layer, lobe in lobes.items()),
+            properties.get("distribution"),
+            properties.get("older"),
+        )
         for c, lobes, properties in closures
     )
     key = (structure, code.key, light and light.key, clear and clear.key, hole and hole.key)
@@ -249,7 +255,8 @@ def _displaced_normal(material, builder):
         builder.node_outputs(index)
     if isinstance(builder.value(link, (0.0, 0.0, 0.0)), Const):
         return None
-    return builder.visit(Node("displaced_normal", {"displacement": link})).get("normal")
+    inputs = {"displacement": link, "filter_width": material.displacement_step}
+    return builder.visit(Node("displaced_normal", inputs)).get("normal")
 
 
 def _is_diffuse(lobe):
@@ -289,9 +296,10 @@ def _product(builder, weight, factors, inputs):
     return [] if _is_zero(value) else [value]
 
 
-def _covered(builder, closure, constants, inputs, values):
-    """`values` as they are seen through what lies over them in the closure."""
-    cover = closure.cover(constants) if closure.cover and values else None
+def _covered(builder, found, constants, values):
+    """`values` as they are seen through what lies over them in the closure that was `found`."""
+    closure, _, inputs, properties = found
+    cover = closure.cover(constants, properties) if closure.cover and values else None
     if cover is None:
         return values
     operation, names = cover

@@ -36,7 +36,7 @@ from ..nodes.base import CAMERA_RAY, SCATTERED_RAY
 from ..sampling.sampler import Draw
 from ..spaces import transform_direction, transform_point
 from .cryptomatte import name_id, ranked
-from .met import Met, features
+from .met import Met, features, smoothstep
 from .pathtrace import Paths
 from .transparency import pass_through, straight_weight
 from .wavefront import Chunk, Wavefront, Worker, gather
@@ -60,6 +60,7 @@ CHANNELS = _OF_CENTRE | _OF_SOLID | _BLENDED | _DENOISING
 _FALLOFFS = {"QUADRATIC": np.square, "LINEAR": lambda x: x, "INVERSE_QUADRATIC": np.sqrt}
 _MIRRORED = 8  # surfaces in a row that show others
 _PLAIN_SHARE = 0.25  # a surface with less of itself to show is looked through. Source: Cycles
+_SHARE_OF_ALL = 0.5  # with that it shows itself alone, where this is blended. Source: Cycles
 _POLL = 0.05  # seconds between two looks at `cancelled`
 
 
@@ -333,24 +334,25 @@ class _Guides(Wavefront):
         """Add the surfaces that show themselves; the rays on from the others, [(pixel, keys, o, d, beta)]."""
         further = []
         for part in met.parts:
-            told, lane = features(part, arena), met.lane[part[0]]
+            blends = self._options.blends
+            told, lane = features(part, arena, blends), met.lane[part[0]]
             beta = lanes.beta[:, lane]
             last = depth == _MIRRORED - 1
-            shows = np.full(lane.size, True) if last else told.share > _PLAIN_SHARE
+            shows = np.ones(lane.size, np.float32) if last else _shown(told.share, blends)
             turned = transform_direction(self.scene.geometry.view.to_camera, told.normal, arena)
             added = {
                 "denoising_albedo": (told.albedo + told.specular if last else told.albedo) * beta * shows,
-                "denoising_normal": turned * shows,
+                "denoising_normal": turned * shows * (beta.mean(axis=0) if blends else 1),
             }
             if depth == 0:
-                added["denoising_specular"] = told.specular * beta * ~shows
+                added["denoising_specular"] = told.specular * beta * (1 if blends else 1 - shows)
                 added["denoising_roughness"] = told.roughness * beta.mean(axis=0)
             for name, values in added.items():
                 if out[name] is not None:
                     out[name][:, pixel[lane]] += values
-            on = np.flatnonzero(~shows)
+            on = np.flatnonzero(shows < 1)
             if on.size:
-                rays = self._onwards(part, told.specular, lanes, lane, on, depth, samples, arena)
+                rays = self._onwards(part, told.specular * (1 - shows), lanes, lane, on, depth, samples, arena)
                 further.append((pixel[lane[on]], *rays))
         return further
 
@@ -381,6 +383,13 @@ def _missing(lane, lanes):
     missed = np.ones(lanes.keys.size, bool)
     missed[lane] = False
     return np.flatnonzero(missed)
+
+
+def _shown(share, blends):
+    """How much surfaces show themselves, (n,), by the `share` of their lobes that do. Source: Cycles."""
+    if not blends:
+        return (share > _PLAIN_SHARE).astype(np.float32)
+    return smoothstep(share / _SHARE_OF_ALL)
 
 
 def _floats(values):

@@ -16,6 +16,7 @@ from .transparency import straight_weight
 from .wavefront import gather, surface_context
 
 _SPECULAR_ALPHA = 0.075  # narrower lobes show what they reflect rather than themselves. Source: Cycles
+_PLAIN_ALPHA = 0.15  # lobes of that width show only themselves, where this is blended. Source: Cycles
 
 
 class Met:
@@ -144,8 +145,8 @@ class Features(NamedTuple):
     share: np.ndarray
 
 
-def features(part, arena):
-    """`Features` of one of `Met.parts`."""
+def features(part, arena, blends=False):
+    """`Features` of one of `Met.parts`; with `blends` the two kinds of lobes go over into each other."""
     lanes, surface, mixture, entries = part
     albedo, specular, normal = np.zeros((3, 3, lanes.size), np.float32)
     total, roughness, share = np.zeros((3, lanes.size), np.float32)
@@ -154,7 +155,10 @@ def features(part, arena):
     for entry, chosen in zip(entries, shares, strict=True):
         color = sum(c for c in split_color(entry, surface, arena) if c is not None)
         alpha = _alpha(entry)
-        plain = (alpha > _SPECULAR_ALPHA).astype(np.float32)
+        if blends:
+            plain, chosen = smoothstep(alpha / _PLAIN_ALPHA), np.abs(color.mean(axis=0))
+        else:
+            plain = (alpha > _SPECULAR_ALPHA).astype(np.float32)
         albedo += color * plain
         specular += color * (1 - plain)
         normal += (surface.ns if entry[3] is None else entry[3]) * chosen
@@ -164,6 +168,12 @@ def features(part, arena):
     black = total == 0
     total[black] = share[black] = 1
     return Features(albedo, specular, _unit_or(normal, surface.ns, arena), roughness / total, share / total)
+
+
+def smoothstep(x):
+    """3x² - 2x³ of `x` kept in [0, 1]."""
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
 
 
 def _alpha(entry):

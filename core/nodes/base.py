@@ -68,6 +68,8 @@ class Context:
         The camera, where there is no geometry that knows it.
     unmoved : object, optional
         The surface as it was, where the lanes have been moved aside (`core.nodes.displaced`).
+    step : (float, float)
+        By how many footprints they have been moved along the two axes.
     """
 
     arena: object
@@ -79,6 +81,7 @@ class Context:
     ray: Ray = CAMERA_RAY
     view: object = None
     unmoved: object = None
+    step: tuple[float, float] = (0.0, 0.0)
 
     def in_place(self):
         """The context of the lanes where they were before they were moved aside."""

@@ -39,7 +39,8 @@ class Closure:
     emission, transparency : tuple of str
         Inputs whose product is emitted, or passes straight through; "1-x" is the complement of x.
     cover : callable, optional
-        ``cover(constants)`` gives an operation and its inputs by which what is emitted is multiplied, or None.
+        ``cover(constants, properties)`` gives an operation and its inputs, by which what is emitted is multiplied, or
+        None.
     is_holdout : bool
         Whether it cuts a hole into the picture.
     notes : callable, optional

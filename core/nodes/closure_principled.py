@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..bsdf import coating, dielectric, principled
@@ -15,7 +17,7 @@ _COATING = ("sheen_weight", "sheen_roughness", "sheen_tint", "coat_weight", "coa
 
 
 def _lobes(constants, properties):
-    found = principled.lobes_of(constants)
+    found = principled.lobes_of(constants, properties.get("older", ()))
     found.pop("alpha", None)  # passages are decided before the surface is shaded
     return found
 
@@ -42,7 +44,8 @@ def _build(context, inputs, lobes, properties):
     coat_normal = inputs.get("coat_normal")
     if coat_normal is not None:
         coat_normal = lifted_normal(unit_normal(coat_normal, s.ns, arena), s.ng, s.wo, arena)
-    found = principled.expand(known, s.front, s.wo, s.ns, arena, lobes, multiscatter, tangent, coat_normal)
+    older = properties.get("older", ())
+    found = principled.expand(known, s.front, s.wo, s.ns, arena, lobes, multiscatter, tangent, coat_normal, older)
     if opaque.size > 1 or opaque[0] != 1:
         found = [(lobe, weight * opaque, params, n) for lobe, weight, params, n in found]
     return found
@@ -58,15 +61,19 @@ def _notes(constants, linked, properties):
 # -- emission under sheen and coat -------------------------------------------------------------------------------------
 
 
-def _cover(constants):
+def _cover(constants, properties):
     """The operation that lessens what is emitted, and its inputs; None where nothing covers it."""
     if is_never(constants, "sheen_weight") and is_never(constants, "coat_weight"):
         return None
-    return "principled_cover", (*_COATING, "normal", "coat_normal")
+    operation = "principled_cover_4" if "coat" in properties.get("older", ()) else "principled_cover"
+    return operation, (*_COATING, "normal", "coat_normal")
 
 
-def _covered(context, inputs, properties):
-    """Share of the light from below that sheen and coat let pass towards the viewer, (3, N)."""
+def _covered(context, inputs, properties, regains):
+    """Share of the light from below that sheen and coat let pass towards the viewer, (3, N).
+
+    `regains` is that of `coating.coat_layer`.
+    """
     s, arena = context.surface, context.arena
     below = np.ones((3, 1), np.float32)
     wo, n = getattr(s, "wo", None), getattr(s, "ns", None)
@@ -78,18 +85,19 @@ def _covered(context, inputs, properties):
     x = principled.cleaned({name: inputs[name] for name in _COATING})
     sheen_normal, coat_normal = coating.normals_of(x, n, coat_normal, arena)
     _, below = coating.sheen_layer(x, sheen_normal, wo, below, arena)
-    _, below = coating.coat_layer(dielectric.Rough, x, coat_normal, wo, below, arena)
+    _, below = coating.coat_layer(dielectric.Rough, x, coat_normal, wo, below, arena, regains)
     return {"value": below}
 
 
 _DEFAULTS = principled.DEFAULTS
 
 OPERATIONS = {
-    "principled_cover": Operation(
-        _covered,
+    name: Operation(
+        partial(_covered, regains=regains),
         {name: _DEFAULTS[name] for name in _COATING} | {"normal": None, "coat_normal": None},
         foldable=False,
-    ),
+    )
+    for name, regains in (("principled_cover", True), ("principled_cover_4", False))
 }
 
 CLOSURES = (

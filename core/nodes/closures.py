@@ -21,7 +21,9 @@ def _diffuse_lobes(constants, properties):
 def _diffuse(context, inputs, lobes, properties):
     params = {}
     if lobes["diffuse"] is oren_nayar:
-        params = {"roughness": np.clip(inputs["roughness"], 0, 1), "color": np.clip(inputs["color"], 0, 1)}
+        # What is not scattered again between the facets takes on no colour there.
+        color = np.zeros((3, 1), np.float32) if "facets" in properties.get("older", ()) else inputs["color"]
+        params = {"roughness": np.clip(inputs["roughness"], 0, 1), "color": np.clip(color, 0, 1)}
     return [(lobes["diffuse"], inputs["color"], params, None)]
 
 

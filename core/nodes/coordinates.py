@@ -78,7 +78,14 @@ def _camera(context, properties):
 
 
 def _window(context, properties):
-    return spaces.view_of(context).raster(spaces.camera_position(context), context.arena)
+    """Of lanes that are moved aside by as many pixels as footprints, where `window_step` is ``"PIXEL"``."""
+    view = spaces.view_of(context)
+    if context.unmoved is None or properties.get("window_step") != "PIXEL":
+        return view.raster(spaces.camera_position(context), context.arena)
+    out = view.raster(spaces.camera_position(context.in_place()), context.arena)
+    for row, step, pixel in zip(out, context.step, view.pixel, strict=False):
+        np.add(row, step * pixel, out=row)
+    return out
 
 
 def _reflection(context, properties):

@@ -52,7 +52,7 @@ def beside(context, steps):
         np.multiply(offset, radius, out=offset)
         u, v = _barycentrics(context, offset)
         p = np.add(s.p, offset, out=arena.empty(a.shape))
-        moved[step] = replace(context, surface=s._replace(p=p, u=u, v=v), unmoved=s)
+        moved[step] = replace(context, surface=s._replace(p=p, u=u, v=v), unmoved=s, step=step)
     return moved
 
 

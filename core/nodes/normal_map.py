@@ -2,7 +2,7 @@
 """The Normal Map node, and the Bevel and Ambient Occlusion nodes as far as they go without tracing rays.
 
 Source: Blender manual, "Normal Map Node"; the tangent space is that of `core.compile.tangents`, interpolated without
-making unit vectors of it, as normal maps are baked.
+making unit vectors of it, as normal maps are baked; since Blender 5.1 its normal is a unit vector (`unit_normal`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def _normal_map(context, inputs, properties):
         if properties.get("convention") == "DIRECTX":
             local[1] = -local[1]
         if space == "TANGENT":
-            found = _from_tangent_space(context, local, inputs["strength"], properties.get("uv_map", ""))
+            found = _from_tangent_space(context, local, inputs["strength"], properties)
         else:
             found = _from_space(context, local, inputs["strength"], space)
         normalize(found, arena, out=out)
@@ -37,11 +37,14 @@ def _normal_map(context, inputs, properties):
     return {"normal": out}
 
 
-def _from_tangent_space(context, local, strength, uv_map):
+def _from_tangent_space(context, local, strength, properties):
     """Normals (3, N) in the world, zero where the mesh has no such UV map."""
     s, arena = context.surface, context.arena
-    frame = corner_values_at(context.geometry.corner_values["tangent", uv_map], s.prim, s.u, s.v, arena)
+    table = context.geometry.corner_values["tangent", properties.get("uv_map", "")]
+    frame = corner_values_at(table, s.prim, s.u, s.v, arena)
     tangent, sign, normal = frame[:3], frame[3], frame[4:]
+    if properties.get("unit_normal"):
+        normal = normalize(normal, arena)
     bitangent = cross(normal, tangent, arena)
     np.multiply(bitangent, np.sign(sign), out=bitangent)
     up = 1 + (local[2] - 1) * np.clip(strength, 0, 1)

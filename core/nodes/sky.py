@@ -87,7 +87,8 @@ class ScatteredSky:
         self._horizon = math.asin(_EARTH / (_EARTH + max(altitude, 0.0))) - 0.5 * math.pi
         elevation, radius = _position(properties)[0], 0.5 * _sun(properties).angle
         self._lowest, self._highest = elevation - radius, elevation + radius
-        if _type(properties) == "NISHITA":
+        self._is_nishita = _type(properties) == "NISHITA"
+        if self._is_nishita:
             # Before Blender 5.0 the horizon cut the disc off.
             self._horizon, self._lowest = 0.0, max(self._lowest, 0.0)
 
@@ -101,6 +102,9 @@ class ScatteredSky:
             np.arctan2(z, elevation, out=elevation)
             np.arctan2(y, x, out=azimuth)
             self._look_up(elevation, azimuth, arena, out)
+            if self._is_nishita:
+                fade = np.clip(1.0 + 2.5 * z, 0.0, 1.0) ** 3
+                np.multiply(out, fade, out=out)
             if with_sun and self._sun is not None:
                 self._add_sun(direction, elevation, arena, out)
         return out
@@ -125,6 +129,8 @@ class ScatteredSky:
         away = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt((away * away).sum(axis=0)), 1.0))
         lanes = np.flatnonzero((away < 0.5 * angle) & (elevation > self._horizon))
         if lanes.size:
+            if self._is_nishita:
+                out[:, lanes] = 0.0  # its disc hides the sky
             share = (elevation[lanes] - self._lowest) / (self._highest - self._lowest)
             limb = 1.0 - _LIMB * (1.0 - np.sqrt(1.0 - (away[lanes] / (0.5 * angle)) ** 2))
             for row, (low, high) in zip(out, self._colors.T.tolist(), strict=True):
@@ -186,14 +192,16 @@ def _multiple(model):
 def _single(model, nishita):
     """Rows and columns are half a texel off, as in Cycles; under the horizon its light fades away.
 
-    Before Blender 5.0 the rows were a little farther apart, and those under the horizon in place.
+    Before Blender 5.0 the rows were a little farther apart, and light under the horizon faded with the height of the
+    direction instead: there the table holds that of the horizon.
     """
     azimuth = 2.0 * math.pi * np.arange(COLUMNS // 2) / COLUMNS - math.pi
     level = np.arange(ROWS // 2) * (2.0 / ROWS)
     elevation = level**2 * (0.5 * math.pi) * (1.0 + 1.0 / ROWS if nishita else 1.0)
     upper = np.stack([model.sky(float(e), azimuth) for e in elevation], axis=1)
-    below = 1.0 - level - (1.0 / ROWS if nishita else 0.0)
-    fade = np.maximum(1.0 - 2.5 * np.sin(below**2 * (0.5 * math.pi)), 0.0) ** 3
+    fade = np.ones(ROWS // 2)
+    if not nishita:
+        fade = np.maximum(1.0 - 2.5 * np.sin((1.0 - level) ** 2 * (0.5 * math.pi)), 0.0) ** 3
     return np.concatenate((upper[:, :1] * fade[:, None], upper), axis=1)
 
 

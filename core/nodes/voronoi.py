@@ -23,10 +23,15 @@ _FARTHEST = 8.0  # no edge is farther away
 
 
 class Metric(NamedTuple):
-    """How far points are: `kind` in Blender's words, `exponent` (1,) or (N,) of Minkowski's."""
+    """How far points are: `kind` in Blender's words, `exponent` (1,) or (N,) of Minkowski's.
+
+    Points are ordered by what is cheaper than their distance. With `by_length` they are by the distance, as before
+    Blender 4.5: where it is infinite (exponent 0), no point is nearest then.
+    """
 
     kind: str
     exponent: np.ndarray
+    by_length: bool = False
 
     def bound(self, vector, arena):
         """What orders `vector` (D, N) as its length does, (N,)."""
@@ -108,12 +113,13 @@ class Lattice:
         """Offsets (D, N) of the cells whose points are nearest to the lanes, or next to nearest."""
         arena, n = self.arena, self.cell.shape[-1]
         around = self.offsets()
-        number = arena.zeros((2, n), np.int32)
+        number = arena.full((2, n), len(around) // 2, np.int32)  # the lane's own cell
+        measure = metric.length if metric.by_length else metric.bound
         with arena.frame():
             least, closer = arena.full((2, n), np.finfo(np.float32).max), arena.empty(n, bool)
             for k, offset in enumerate(around):
                 with arena.frame():
-                    bound = metric.bound(self.vector(offset), arena)
+                    bound = measure(self.vector(offset), arena)
                     np.less(bound, least[0], out=closer)
                     if second:
                         _push_down(bound, least, number, closer, k, arena)
@@ -140,6 +146,9 @@ def _of_one_cell(lattice, metric, smoothness, second):
     offset = lattice.nearest(metric, second)
     distance = metric.length(lattice.vector(offset), arena)
     position = lattice.point(offset)
+    if metric.by_length:
+        none = np.isinf(distance)
+        distance[none], position[:, none] = np.finfo(np.float32).max, 0.0
     return Octave(distance, lattice.color(offset), np.add(position, lattice.cell, out=position))
 
 
@@ -357,7 +366,7 @@ def _settings(inputs, dimensions, properties):
         lacunarity=inputs["lacunarity"],
         smoothness=np.clip(inputs["smoothness"] * np.float32(0.5), 0, 0.5),
         randomness=np.clip(inputs["randomness"], 0, 1),
-        metric=Metric(metric, inputs["exponent"]),
+        metric=Metric(metric, inputs["exponent"], "order" in properties.get("older", ())),
         normalize=bool(properties.get("normalize", False)),
     )
 

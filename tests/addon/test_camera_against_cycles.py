@@ -114,6 +114,8 @@ def test_positions_between_clipping_planes_in_a_border(room, kind):
 
 
 def test_beside_a_round_picture_is_black_and_opaque(room):
+    if room.world.node_tree is None:
+        room.world.use_nodes = True
     room.world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
     choose(room.camera.data, "FISHEYE_EQUIDISTANT")
     for method in ("RAYCAST", "PATHTRACE"):

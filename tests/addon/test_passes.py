@@ -210,8 +210,10 @@ def test_means_of_many_samples_are_those_of_cycles(balls, tmp_path):
         letters = ("g",) if name.startswith("Crypto") else theirs[name]
         for letter in letters:
             a, b = ours[name][letter], theirs[name][letter]
+            # Since 5.2 Cycles' depth is the largest float, over the number of samples, where a ray meets nothing.
+            a, b = a[b < 1e30], b[b < 1e30]
             # The ball of glass shows the sky, where Cycles multiplies its colour twice.
-            assert a.mean() == pytest.approx(b.mean(), abs=0.02 * max(np.abs(b).mean(), 0.1)), (name, letter)
+            assert a.mean() == pytest.approx(b.mean(), abs=0.02 * max(float(np.abs(b).mean()), 0.1)), (name, letter)
     assert (ours["Debug Sample Count"]["X"] == 1).all()
     error = ours["Error"]["X"]
     assert np.isfinite(error).all() and 0 < error.mean() < 0.5
@@ -246,6 +248,14 @@ def test_the_compositor_denoises(balls, tmp_path):
     assert roughness(clean) < 0.7 * roughness(noisy)
 
 
+def reached(socket):
+    """Kinds of the nodes that an output reaches, through reroutes."""
+    found = set()
+    for node in (link.to_node for link in socket.links):
+        found |= reached(node.outputs[0]) if node.bl_idname == "NodeReroute" else {node.bl_idname}
+    return found
+
+
 def test_the_nodes_are_set_up_once_between_what_was_there(blender_scene):
     scene, view_layer = blender_scene, blender_scene.view_layers[0]
     node = denoise.set_up(scene, view_layer)
@@ -257,10 +267,7 @@ def test_the_nodes_are_set_up_once_between_what_was_there(blender_scene):
         "Denoising Albedo",
         "Denoising Normal",
     }
-    assert [link.to_node.bl_idname for link in node.outputs[0].links] in (
-        ["CompositorNodeComposite"],
-        ["NodeGroupOutput"],
-    )
+    assert reached(node.outputs[0]) - {"CompositorNodeViewer"} in ({"CompositorNodeComposite"}, {"NodeGroupOutput"})
 
 
 def test_other_nodes_keep_their_picture(blender_scene):

@@ -18,6 +18,7 @@ from zraka.core.bsdf import (
 )
 from zraka.core.bsdf.base import Lobe
 from zraka.core.bsdf.energy_tables import directional_albedo
+from zraka.core.nodes.closures import CLOSURES
 from zraka.tests import stat
 
 ANGLES = (30.0, 80.0, 89.9)
@@ -275,3 +276,15 @@ def test_rough_diffuse_as_cycles(roughness, cosine, truth):
     color = rgb(0.8, 0.5, 0.2)
     e = directional_albedo(oren_nayar, {"roughness": f32(roughness), "color": color}, cosine, Arena())
     assert e * color[:, 0] == pytest.approx(truth, rel=0.005)
+
+
+@pytest.mark.parametrize(
+    ("roughness", "cosine", "truth"),
+    [(0.3, 1.0, (0.7364, 0.4603, 0.1841)), (1.0, 1.0, (0.6212, 0.3883, 0.1553)), (1.0, 0.5, (0.6923, 0.4327, 0.1731))],
+)
+def test_rough_diffuse_as_an_older_cycles(roughness, cosine, truth):
+    """The same in Blender 4.2, where light is not scattered again between the facets."""
+    inputs = {"color": rgb(0.8, 0.5, 0.2), "roughness": f32(roughness)}
+    build, older = CLOSURES["diffuse"].build, {"older": ("facets",)}
+    ((lobe, color, params, _),) = build(None, inputs, {"diffuse": oren_nayar}, older)
+    assert directional_albedo(lobe, params, cosine, Arena()) * color[:, 0] == pytest.approx(truth, rel=0.005)

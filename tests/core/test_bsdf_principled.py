@@ -21,7 +21,7 @@ from zraka.core.bsdf.mixture import Mixture
 from zraka.core.compile.materials import compile_materials
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.nodes.base import Context
-from zraka.core.scene import Material
+from zraka.core.scene import Material, Node
 from zraka.tests import stat
 
 from .test_bsdf_mixture import f32, furnace, numbers, rgb, surface
@@ -50,6 +50,20 @@ CYCLES = [  # inputs, cosine, radiance in a white world as Cycles of Blender 5.0
     (GLASS, 0.3, (0.9062, 0.7388, 0.4967)),
 ]
 
+FILM = {"thin_film_thickness": 400.0}
+ROUGH_COAT = {"coat_weight": 1.0, "coat_roughness": 0.6}
+CYCLES_4_2 = [  # as above, of Blender 4.2
+    (ROUGH_COAT, 0.8, (0.8103, 0.5361, 0.2619)),
+    (ROUGH_COAT, 0.3, (0.7355, 0.5317, 0.3279)),
+    (FILM, 0.8, (0.7722, 0.5089, 0.2301)),
+    (FILM, 0.3, (0.7788, 0.4983, 0.2682)),
+    (METAL, 0.8, (0.7938, 0.4904, 0.1945)),
+    (METAL, 0.3, (0.8033, 0.5243, 0.2633)),
+    (GLASS, 0.3, (0.9065, 0.7387, 0.4969)),
+    ({"thin_film_thickness": 15.0, "thin_film_ior": 2.5}, 0.8, (0.8066, 0.5245, 0.2433)),
+    ({"thin_film_thickness": 15.0, "thin_film_ior": 2.5}, 0.3, (0.7881, 0.5486, 0.3098)),
+]
+
 
 def arrays(inputs):
     return {name: rgb(*v) if isinstance(v, tuple) else f32(v) for name, v in inputs.items()}
@@ -64,6 +78,13 @@ def expanded(inputs, degrees, count=1 << 15, **more):
 def test_layers_as_cycles(inputs, cosine, truth):
     degrees = float(np.degrees(np.arccos(cosine)))
     mean, error = furnace(expanded(BASE | inputs, degrees), degrees)
+    assert (np.abs(mean - truth) < 0.01 * np.array(truth) + 3 * error).all()
+
+
+@pytest.mark.parametrize(("inputs", "cosine", "truth"), CYCLES_4_2)
+def test_layers_as_an_older_cycles(inputs, cosine, truth):
+    degrees = float(np.degrees(np.arccos(cosine)))
+    mean, error = furnace(expanded(BASE | inputs, degrees, older=("coat", "film")), degrees)
     assert (np.abs(mean - truth) < 0.01 * np.array(truth) + 3 * error).all()
 
 
@@ -160,6 +181,19 @@ def test_emission_is_seen_through_its_cover():
     value = code.run(Context(arena, 1, seen), row)["Le"]
     assert value[:, 0] == pytest.approx(2.0 * 0.5 * (1 - 0.04), rel=0.01)
     assert compiled.emission[0] == "textured" and compiled.emission[1] == pytest.approx([2.0] * 3)
+
+
+@pytest.mark.parametrize(("older", "truth"), [((), 1.1305), (("coat",), 0.9544)])
+def test_a_rough_coat_dims_what_glows_below_it(older, truth):
+    """Both as Cycles of 4.5 and of 4.2 show a black surface that emits 1, at cosine 0.3 in a white world."""
+    inputs = {"base_color": (0.0, 0.0, 0.0), "roughness": 0.4, "coat_weight": 1.0, "coat_roughness": 0.8}
+    node = Node("principled", inputs | {"emission_strength": 1.0}, {"older": older})
+    compiled = compile_materials((Material("Lamp", (node,), 0),), Diagnostics())
+    degrees, arena = float(np.degrees(np.arccos(0.3))), Arena()
+    row = compiled.constants(0, "emission", np.zeros(1, np.int32), arena)
+    glow = compiled.programs[0].emission.run(Context(arena, 1, surface(degrees, 1)), row)["Le"][:, 0]
+    reflected, error = furnace(expanded(inputs, degrees, older=older), degrees)
+    assert (np.abs(glow + reflected - truth) < 0.003 + 3 * error).all()
 
 
 def test_a_layer_that_varies_is_there_where_it_is_wanted():

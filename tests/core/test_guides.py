@@ -155,6 +155,22 @@ def test_a_denoiser_is_told_what_mirrors_show(roughness, shows_itself):
         assert depth == pytest.approx(3.0, rel=0.1)
 
 
+def test_what_shows_itself_and_others_is_blended():
+    """By Cycles' smoothsteps of the lobe's width, 0.04 of 0.15, and of the share that shows itself, of one half."""
+    smooth = lambda x: 3 * x**2 - 2 * x**3  # noqa: E731
+    plain = smooth(0.04 / 0.15)
+    shown = smooth(plain / 0.5)
+    mirror = placed(quad(4.0), Material.glossy((0.9, 0.9, 0.9), 0.2))
+    ceiling = placed(quad(400.0, (0, 0, 2), "-z"), Material.diffuse((0.2, 0.4, 0.8)))
+    parts = ("albedo", "normal", "specular")
+    found = guides(looking_down(mirror, ceiling), *(f"denoising_{part}" for part in parts), samples=16, blends=True)
+    albedo, normal, specular = (found[f"denoising_{part}"].mean(axis=1) for part in parts)
+    left = 0.9 * (1 - plain) * (1 - shown)
+    np.testing.assert_allclose(specular, 0.9 * (1 - plain), rtol=0.02)
+    np.testing.assert_allclose(albedo, 0.9 * plain * shown + left * np.array([0.2, 0.4, 0.8]), rtol=0.03)
+    np.testing.assert_allclose(normal, (0, 0, left - shown), atol=0.01)
+
+
 # -- schedule ----------------------------------------------------------------------------------------------------------
 
 

@@ -18,6 +18,7 @@ from zraka.core.diagnostics import Diagnostics
 from zraka.core.nodes import OPERATIONS
 from zraka.core.nodes.base import Context, Ray
 from zraka.core.nodes.coordinates import lookup_generated
+from zraka.core.nodes.displaced import beside
 from zraka.core.scene import (
     Instance,
     Link,
@@ -200,6 +201,39 @@ def test_a_bump_has_the_slope_of_its_height(slope, width):
     )
     expected = np.array((-slope, 0, 1)) / np.hypot(1, slope)
     np.testing.assert_allclose(shown(*nodes, output="normal"), expected, atol=2e-4)
+
+
+def test_displacement_has_the_slope_between_two_heights():
+    """Of the height x², whose slope at x = 0 grows with the distance of the heights."""
+    nodes = (
+        Node("geometry"),
+        Node("multiply", {"a": Link(0, "position"), "b": Link(0, "position")}),
+        Node("multiply", {"a": Link(1, "value"), "b": (3.0, 0.0, 0.0)}),
+        Node("convert", {"value": Link(2, "value")}, {"from": "vector", "to": "float"}),
+        Node("displacement", {"height": Link(3, "value"), "midlevel": 0.0}),
+        Node("emission", {"color": Link(0, "normal"), "strength": 1.0}),
+    )
+
+    def slope(step):
+        x, _, z = shown(material=Material("shown", nodes, 5, Link(4, "displacement"), displacement_step=step))
+        return x / z
+
+    assert slope(0.1) < -1e-3
+    assert slope(1.0) / slope(0.1) == pytest.approx(10.0, rel=0.01)
+
+
+def test_a_bump_steps_by_pixels_over_the_window():
+    made = compiled(Instance(quad(2), materials=(emitter(Node("tex_coord"), output="window"),)))
+    surface = made.interact(*hits_of(made, [(0.1, 0.2, 1)], (0, 0, -1)))
+    context = Context(Arena(), 1, surface, made.geometry)
+    moved = beside(context, ((2.0, 0.0), (0.0, 0.5)))
+    properties = {"window_step": "PIXEL"}
+
+    def window(context):
+        return OPERATIONS["tex_coord"].run(context, {}, properties)["window"][:, 0]
+
+    for (x, y), aside in moved.items():
+        np.testing.assert_allclose(window(aside) - window(context), (x / 32, y / 32, 0), atol=1e-6)
 
 
 def test_a_constant_height_bumps_nothing():

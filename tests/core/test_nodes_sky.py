@@ -101,6 +101,16 @@ def test_the_disc_gives_the_irradiance_of_the_sun(model, size):
     np.testing.assert_allclose(share, 1.0, rtol=0.02)
 
 
+def test_before_blender_5_light_fades_below_the_horizon_and_the_disc_hides_the_sky():
+    properties = {"sky_type": "NISHITA", "sun_elevation": 0.5, "sun_size": 0.3}
+    low = np.array([[0.6, 0.6], [0.0, 0.0], [0.0, -0.1]], np.float32)
+    horizon, below = shown(low, **properties).T
+    np.testing.assert_allclose(below, horizon * (1 - 0.1 * 2.5) ** 3, rtol=1e-5)
+    assert not shown(np.float32([[0.6], [0.0], [-0.41]]), **properties).any()
+    assert not shown(towards(0.5, 0.0)[:, None], sun_intensity=0.0, **properties).any()
+    assert shown(towards(0.5, 0.0)[:, None], sun_disc=False, **properties).all()
+
+
 def test_a_high_sun_is_brighter_and_whiter():
     low, high = (MultipleScattering(e, 100.0, 1.0, 1.0, 1.0).sun(e) for e in (0.05, 1.2))
     assert (high > low).all() and high[2] / high[0] > 3 * low[2] / low[0]

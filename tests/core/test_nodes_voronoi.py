@@ -162,6 +162,20 @@ def test_blender_5_has_other_random_numbers():
     np.testing.assert_array_equal(run("voronoi", one)["color"], run("voronoi_4", one)["color"])
 
 
+@pytest.mark.parametrize("feature", ["F1", "F2"])
+def test_no_point_is_nearest_where_all_are_infinitely_far(feature):
+    """Of exponent 0, before Blender 4.5; other exponents order points alike."""
+    properties = {"distance": "MINKOWSKI", "feature": feature}
+    by_length = properties | {"older": ("order",)}
+    for name, values in run(properties=properties, exponent=0.7).items():
+        np.testing.assert_array_equal(run(properties=by_length, exponent=0.7)[name], values)
+    out = run(properties=by_length, exponent=0.0)
+    np.testing.assert_allclose(out["position"], np.floor(POINTS[:3]), atol=1e-6)
+    assert (out["distance"] == np.finfo(np.float32).max).all()
+    np.testing.assert_array_equal(out["color"], PCG.color(np.floor(POINTS[:3]), Arena()))
+    assert np.isinf(run(properties=properties, exponent=0.0)["distance"]).all()
+
+
 def test_constants_give_constants():
     out = run(n=1, vector=np.float32([[0.2], [0.3], [0.4]]), w=0.5)
     assert [out[name].shape for name in ("distance", "color", "position")] == [(1,), (3, 1), (3, 1)]

@@ -147,7 +147,7 @@ def is_known(closure):
     """Whether this Blender has the closure in this mode."""
     try:
         closure.build(0.5)(emptied(bpy.data.materials.new("Probe")), None)
-    except (RuntimeError, StopIteration, TypeError):
+    except (AssertionError, RuntimeError, StopIteration, TypeError):
         return False
     return True
 

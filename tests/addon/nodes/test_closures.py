@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Closures beside Cycles': what they reflect, single values under a sun, holdouts, a chart of Principled spheres."""
 
+import bpy
 import numpy as np
 import pytest
 
@@ -18,7 +19,8 @@ FEW_SAMPLES, NOISE = 64, 0.006
 def test_albedo_at_an_angle(closure):
     """One angle and few samples; the slow test has them all."""
     if not albedos.is_known(closure):
-        pytest.skip("not in this Blender")
+        assert bpy.app.version < (5, 0), "the closure's node or one of its sockets is missing"
+        pytest.skip("not in this Blender; 5.0 has all")
     apart = albedos.differences(closure, angles=(60.0,), samples=FEW_SAMPLES)
     assert np.abs(apart).max() < TOLERANCE + NOISE
 
@@ -31,7 +33,7 @@ def test_albedos(closure):
 
 def test_the_comparison_can_fail():
     """A metal whose roughness is off by 0.1 is seen."""
-    metal = albedos.Closure("", "BsdfMetallic", {}, {"distribution": "GGX"})
+    metal = albedos.Closure("", "BsdfPrincipled", {"Metallic": 1.0}, {"distribution": "GGX"})
     slope = Slope([metal.build(0.9), metal.build(0.8)])
     slope.tilt(60.0)
     a, b = slope.render("ZRAKA", FEW_SAMPLES)
@@ -79,6 +81,8 @@ def _with_tangent(tree, kind, inputs, properties):
 @pytest.mark.parametrize("degrees", [30.0, 80.0])
 def test_single_values(name, degrees):
     """f·cosθ of single pairs of directions, without noise: the direction of an anisotropy is seen here too."""
+    if name == "metal" and bpy.app.version < (4, 3):
+        pytest.skip("Blender has the Metallic node since 4.3")
     slope = Slope([lambda tree, plane: _with_tangent(tree, *UNDER_SUN[name])], rows=4)
     slope.tilt(degrees)
     seen = []

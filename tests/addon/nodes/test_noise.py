@@ -27,7 +27,7 @@ def texture(kind, socket, inputs, properties, tree, obj, mapped=True, sees_sign=
             inputs.setdefault("Vector", point)
         if properties.get("noise_dimensions") in ("1D", "4D"):
             first = add(tree, "TexGradient", {"Vector": coordinates(tree, (0.8, 0.1, 1.0), (0.05, 0.02, 0.0))})
-            inputs.setdefault("W", output(first, "Factor"))
+            inputs.setdefault("W", output(first, "Fac"))
     node = add(tree, kind, inputs, **properties)
     found = output(node, socket)
     return signed(tree, found) if sees_sign else found
@@ -67,7 +67,7 @@ def noise_cases():
         if kind in ("HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL"):
             inputs["Gain"] = 1.6
         properties = {"noise_type": kind, "noise_dimensions": dimensions}
-        yield case(f"{name} Fac", "TexNoise", "Factor", inputs, sees_sign=True, **properties)
+        yield case(f"{name} Fac", "TexNoise", "Fac", inputs, sees_sign=True, **properties)
         yield case(f"{name} Color", "TexNoise", "Color", inputs, sees_sign=True, **properties)
     for dimensions in _DIMENSIONS:
         inputs = {"Distortion": 1.3, "Scale": 3.0}
@@ -90,8 +90,8 @@ def noise_cases():
 
 def linked_inputs(tree, obj):
     """Noise whose numbers vary over the picture."""
-    varying = output(add(tree, "TexGradient", {"Vector": coordinates(tree)}), "Factor")
-    detail = output(add(tree, "TexMagic", {"Vector": coordinates(tree), "Scale": 0.3, "Distortion": 0.2}), "Factor")
+    varying = output(add(tree, "TexGradient", {"Vector": coordinates(tree)}), "Fac")
+    detail = output(add(tree, "TexMagic", {"Vector": coordinates(tree), "Scale": 0.3, "Distortion": 0.2}), "Fac")
     names = ("Roughness", "Lacunarity", "Distortion")
     inputs = {"Vector": coordinates(tree, **_TILTED), "Detail": detail} | dict.fromkeys(names, varying)
     return output(add(tree, "TexNoise", inputs), "Color")
@@ -102,7 +102,7 @@ def wave_cases():
     directions += [("RINGS", "rings_direction", d) for d in ("X", "Y", "Z", "SPHERICAL")]
     for kind, name, direction in directions:
         properties = {"wave_type": kind, name: direction}
-        yield case(f"Wave Texture: {kind} {direction}", "TexWave", "Factor", {"Scale": 0.7}, **properties)
+        yield case(f"Wave Texture: {kind} {direction}", "TexWave", "Fac", {"Scale": 0.7}, **properties)
     for profile in ("SAW", "TRI"):
         inputs = {"Scale": 0.4, "Phase Offset": 1.3}
         yield case(f"Wave Texture: {profile}", "TexWave", "Color", inputs, share=_EDGES, wave_profile=profile)
@@ -115,14 +115,14 @@ def magic_cases():
     for depth in range(11):
         inputs = {"Scale": 1.5, "Distortion": 1.2}
         yield case(f"Magic Texture: depth {depth}", "TexMagic", "Color", inputs, sees_sign=True, turbulence_depth=depth)
-    yield case("Magic Texture: factor", "TexMagic", "Factor", {"Scale": 2.0})
+    yield case("Magic Texture: factor", "TexMagic", "Fac", {"Scale": 2.0})
     yield case("Magic Texture: distortion 0", "TexMagic", "Color", {"Distortion": 0.0}, sees_sign=True)
     yield case("Magic Texture: generated", "TexMagic", "Color", {}, mapped=False)
 
 
 def gradient_cases():
     for kind in ("LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL"):
-        socket = "Color" if kind == "RADIAL" else "Factor"
+        socket = "Color" if kind == "RADIAL" else "Fac"
         yield case(f"Gradient Texture: {kind}", "TexGradient", socket, share=_EDGES, gradient_type=kind)
     yield case("Gradient Texture: generated", "TexGradient", "Color", mapped=False)
 
@@ -141,7 +141,7 @@ def brick_cases():
     ):
         # The mapping stretches one pixel over much of a smooth edge, where the engines' coordinates differ a little.
         yield case(f"Brick Texture: {label}", "TexBrick", "Color", inputs, share=_EDGES, **properties)
-    yield case("Brick Texture: factor", "TexBrick", "Factor", {"Mortar Smooth": 0.7}, share=_EDGES)
+    yield case("Brick Texture: factor", "TexBrick", "Fac", {"Mortar Smooth": 0.7}, share=_EDGES)
     yield case("Brick Texture: generated", "TexBrick", "Color", colors, share=_EDGES, mapped=False)
 
 
@@ -162,7 +162,7 @@ def gabor_cases():
 def checker_cases():
     colors = {"Color1": (0.9, 0.2, 0.1, 1.0), "Color2": (0.1, 0.4, 0.8, 1.0)}
     yield case("Checker Texture: colour", "TexChecker", "Color", colors, share=_EDGES)
-    yield case("Checker Texture: factor", "TexChecker", "Factor", {"Scale": 3.0}, share=_EDGES)
+    yield case("Checker Texture: factor", "TexChecker", "Fac", {"Scale": 3.0}, share=_EDGES)
     yield case("Checker Texture: generated", "TexChecker", "Color", colors, share=_EDGES, mapped=False)
 
 

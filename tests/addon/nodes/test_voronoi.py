@@ -92,12 +92,19 @@ CASES += [
     Case("Voronoi Texture: little smoothness", voronoi("Distance", "2D", {"Smoothness": 0.2}, feature="SMOOTH_F1")),
     Case("Voronoi Texture: scale 0", voronoi("Position", "2D", {"Scale": 0.0})),
     Case("Voronoi Texture: negative scale", voronoi("Position", "3D", {"Scale": -3.0}), share=SHARE),
-    Case("Voronoi Texture: exponent 0", voronoi("Color", "2D", {"Exponent": 0.0}, distance="MINKOWSKI"), share=SHARE),
     Case(
         "Voronoi Texture: Minkowski normalized",
         voronoi("Distance", "2D", {"Exponent": 0.5}, distance="MINKOWSKI", normalize=True),
         share=SHARE,
     ),
+]
+CASES += [
+    Case(
+        f"Voronoi Texture: exponent {exponent} {key}",
+        voronoi(key, "2D", {"Exponent": exponent}, distance="MINKOWSKI"),
+        share=SHARE,
+    )
+    for exponent, key in ((0.0, "Color"), (0.0, "Position"), (-1.0, "Color"))
 ]
 
 
