@@ -39,13 +39,15 @@ class ObjectInfos:
         attributes : set of (type, name)
             That its materials read.
         """
-        obj = instance.object
+        obj = shown_as = instance.object
         generated, uv = (0.0, 0.0, 0.0), (0.0, 0.0)
         if instance.is_instance:
+            # An instance has its instancer's colour; `object` tells it only while Python knows the true object not.
+            shown_as = instance.parent
             generated = tuple(0.5 * x - 0.5 for x in instance.orco)
             uv = tuple(instance.uv)
         return description.ObjectInfo(
-            color=tuple(obj.color),
+            color=tuple(shown_as.color),
             index=obj.pass_index,
             random=(instance.random_id & _HASH_MAX) / _HASH_MAX if instance.is_instance else self._random_of(obj.name),
             generated=generated,
