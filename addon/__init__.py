@@ -15,12 +15,36 @@ def register():
         return
     import bpy
 
-    from . import cli, compare, denoise, engine, preferences, presets, properties, takeover, ui, view_layer
+    from . import (
+        cli,
+        compare,
+        denoise,
+        engine,
+        error_curve,
+        preferences,
+        presets,
+        properties,
+        takeover,
+        ui,
+        view_layer,
+    )
 
     if not bpy.app.binary_path:
         # Blender as a module crashes at its end (4.2) over classes that are still registered.
         atexit.register(unregister)
-    for module in (properties, preferences, engine, takeover, compare, presets, ui, denoise, view_layer, cli):
+    for module in (
+        properties,
+        preferences,
+        engine,
+        takeover,
+        compare,
+        error_curve,
+        presets,
+        ui,
+        denoise,
+        view_layer,
+        cli,
+    ):
         module.register()
         _registered.append(module)
 

@@ -1,40 +1,149 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How the error of the latest render fell, for a panel; written by the render's thread, read by the window's."""
+"""How the error of renders fell: written by the render's thread, read by the window's and by reports.
+
+What is written are whole new objects in place of old ones, so that a reader never sees half of one.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..core.film import Step
+from ..core.report.error import weights
+from ..core.sampling.color import luminance
+from ..core.settings import Settings
+
+KEPT = 2
+"""Renders of a scene that are remembered: the latest and the one before."""
+
+_MOST_PIXELS = 1 << 18  # of the picture of where the error is
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What is rendered.
+
+    Parameters
+    ----------
+    scene : str
+    frame : int
+    table : Path, optional
+        The file of the errors of an animation's frames.
+    """
+
+    scene: str
+    frame: int = 0
+    table: Path | None = None
 
 
 @dataclass
-class Monitor:
-    """The latest render.
+class Record:
+    """One render, with a film's names for what it knows of it.
 
     Attributes
     ----------
-    method : str
-        "" before the first render.
-    points : list of (samples, seconds, error)
-        Ascending; the error is relative, infinite after a single sample.
-    rays : float
-        A second.
+    shot : Shot
+    place : str
+        View layer and stereo view.
+    settings : Settings
+    history : tuple of core.film.Step
+    samples : int
+    stats : dict
+        Of the film; with "stopped" when it is done.
+    where : (H, W) float32, optional
+        Relative error of each pixel, row 0 at the bottom; made smaller where the picture is large.
+    messages : list of str
+        What the user was told.
     """
 
-    method: str = ""
-    points: list[tuple[int, float, float]] = field(default_factory=list)
-    rays: float = 0.0
+    shot: Shot
+    place: str = ""
+    settings: Settings = field(default_factory=Settings)
+    history: tuple[Step, ...] = ()
+    samples: int = 0
+    stats: dict = field(default_factory=dict)
+    where: np.ndarray | None = None
+    messages: list[str] = field(default_factory=list)
 
-    def begin(self, settings):
-        """Forget the render before."""
-        self.method, self.points, self.rays = settings.method, [], 0.0
+    @property
+    def is_done(self):
+        """Whether the render has ended."""
+        return "stopped" in self.stats
 
-    def note(self, film):
-        """Take down how far a film is, if it has more samples of every pixel than before."""
-        seconds = film.stats.get("seconds", 0.0)
-        if not self.points or film.samples > self.points[-1][0]:
-            # Another list: a reader keeps a whole one.
-            self.points = [*self.points, (film.samples, seconds, film.error())]
-        self.rays = sum(film.stats.get("rays", {}).values()) / max(seconds, 1e-9)
+    @property
+    def rays(self):
+        """Rays a second."""
+        return sum(self.stats.get("rays", {}).values()) / max(self.stats.get("seconds", 0.0), 1e-9)
+
+
+class Monitor:
+    """The latest renders of each scene.
+
+    Attributes
+    ----------
+    changes : int
+        Grows with whatever is noted.
+    """
+
+    def __init__(self):
+        self.changes = 0
+        self._records = {}
+
+    def begin(self, shot, place, settings):
+        """Begin a render's `Record`."""
+        known = self._records.get(shot.scene, ())
+        self._records[shot.scene] = (Record(shot, place, settings), *known)[:KEPT]
+        self.changes += 1
+
+    def note(self, shot, film):
+        """Take down how far the latest render of a scene is."""
+        latest = self.latest(shot.scene)
+        if latest is not None:  # else another file was loaded meanwhile
+            latest.samples, latest.stats, latest.history = film.samples, dict(film.stats), tuple(film.history)
+            self.changes += 1
+
+    def end(self, shot, film, messages):
+        """Take down the whole of it; where the error is, which takes half a second, where nobody waits for more."""
+        latest = self.latest(shot.scene)
+        if latest is None:
+            return
+        if film is not None:
+            self.note(shot, film)
+        latest.messages = list(messages)
+        latest.stats = {"stopped": "cancelled"} | latest.stats  # where the film was not asked to say so
+        if film is not None and shot.table is None and latest.stats["stopped"] != "cancelled":
+            latest.where = error_picture(film)
+        self.changes += 1
+
+    def latest(self, scene):
+        """`Record` of the latest render of the scene of that name, or None."""
+        return next(iter(self._records.get(scene, ())), None)
+
+    def before(self, scene):
+        """That of the render before, or None."""
+        return next(iter(self._records.get(scene, ())[1:]), None)
+
+    def forget(self):
+        """Forget all."""
+        self._records = {}
+        self.changes += 1
+
+
+def error_picture(film):
+    """Relative error of a film's pixels, (H, W) float32, or None where nothing is known of it.
+
+    A pixel of a large picture stands for as many pixels as make it small.
+    """
+    if not film.history or not np.isfinite(film.history[-1].error):
+        return None
+    bright = luminance(film.mean()[:3]).reshape(film.height, film.width)
+    error = np.where(film.counts().reshape(bright.shape) > 1, film.pixel_error(), 0.0)
+    relative = error * np.sqrt(weights(bright[..., None]))
+    step = int(np.ceil(np.sqrt(relative.size / _MOST_PIXELS)))
+    return relative[::step, ::step].astype(np.float32)
 
 
 monitor = Monitor()

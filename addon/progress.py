@@ -8,6 +8,8 @@ import math
 from ..core.report.forecast import Forecast
 
 _GOALS = tuple(step * 10.0**power for power in range(1, -5, -1) for step in (5, 2, 1))
+_TARGETS = 0.10, 0.05, 0.02, 0.01
+_APART = 1.4  # times the samples of the step before
 _WORTH_SAYING = 0.75  # of the error so far; a last error that is hardly less is not
 
 
@@ -34,9 +36,63 @@ def forecast_text(film, settings):
         end = min(end, settings.time_limit)
     goal = settings.noise_target or next((goal for goal in _GOALS if goal <= _WORTH_SAYING * error), 0.0)
     if goal and forecast.seconds_to(goal) <= end:
-        return f"{_percent(goal)} in {duration(forecast.seconds_to(goal) - now)}"
+        return f"{percent(goal)} in {duration(forecast.seconds_to(goal) - now)}"
     last = forecast.error_at(end)
-    return f"about {_percent(last)} at the end" if last < _WORTH_SAYING * error else ""
+    return f"about {percent(last)} at the end" if last < _WORTH_SAYING * error else ""
+
+
+def ends_text(settings):
+    """What ends a render."""
+    ends = [f"at {settings.samples} samples"]
+    if settings.noise_target:
+        ends.insert(0, f"below {percent(settings.noise_target)}")
+    if settings.time_limit:
+        ends.append(f"after {settings.time_limit:g} s")
+    return "Ends " + " or ".join(ends)
+
+
+def reaches(film):
+    """When a film had, or will have, an error of 10, 5, 2 and 1%.
+
+    Returns
+    -------
+    list of (error, seconds after the start, bool)
+        True where it is foretold. Those are left out that were reached before any error was known.
+    """
+    forecast, found = Forecast(film.history), []
+    known = [step for step in film.history if math.isfinite(step.error)]
+    for target in _TARGETS if forecast.is_known else ():
+        first = next((k for k, step in enumerate(known) if step.error <= target), None)
+        if first is None:
+            found.append((target, forecast.seconds_to(target), True))
+        elif first:
+            a, b = known[first - 1 : first + 1]
+            share = math.log(a.error / target) / math.log(a.error / b.error) if b.error > 0 else 1.0
+            found.append((target, a.seconds * (b.seconds / a.seconds) ** share, False))
+    return found
+
+
+def reaches_text(film):
+    """The same, in words."""
+    said = []
+    for error, seconds, foretold in reaches(film):
+        if not foretold:
+            when = f"after {seconds:.3g} s"
+        elif "stopped" in film.stats:
+            when = f"would take {duration(seconds)}"
+        else:
+            when = f"in {duration(seconds - film.stats['seconds'])}"
+        said.append(f"{percent(error)} {when}")
+    return said
+
+
+def thinned(history):
+    """Some steps of a film's history, at growing distances, the last one always."""
+    kept = []
+    for step in reversed(history):
+        if not kept or step.samples * _APART <= kept[-1].samples:
+            kept.append(step)
+    return kept[::-1]
 
 
 def duration(seconds):
@@ -46,7 +102,8 @@ def duration(seconds):
     return f"about {float(f'{seconds / size:.2g}'):g} {unit}"
 
 
-def _percent(share):
+def percent(share):
+    """With two digits."""
     return f"{100 * share:.2g}%"
 
 
@@ -62,9 +119,20 @@ def summary(film, settings):
 
 def stamp(film, settings):
     """What a picture's file tells of it, by field."""
-    return {
+    fields = {
         "method": settings.method,
         "samples": str(film.samples),
         "seconds": f"{film.stats.get('seconds', 0.0):.3f}",
         "estimated_error": error_text(film),
+        "stopped": film.stats.get("stopped", ""),
+        "error_over_time": "; ".join(_step_text(step) for step in thinned(film.history)),
+        "seconds_to_error": "; ".join(
+            f"{percent(error)} {seconds:.3g} s{' (foretold)' * foretold}" for error, seconds, foretold in reaches(film)
+        ),
     }
+    return {name: text for name, text in fields.items() if text}
+
+
+def _step_text(step):
+    error = f"{step.error:.2%}" if math.isfinite(step.error) else "unknown"
+    return f"{step.samples:.0f} samples {step.seconds:.3g} s {error}"

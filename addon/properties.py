@@ -155,6 +155,12 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         soft_min=8,
         soft_max=512,
     )
+    use_error_table: BoolProperty(
+        name="Table Beside Frames",
+        description="Write a table beside the frames of an animation (name_error.csv): seconds, samples, estimated "
+        "error of each frame, and what ended it. It costs nothing",
+        default=True,
+    )
     took_over: BoolProperty(
         name="Taken Over from Cycles",
         description="Whether these settings were Cycles' first",

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from ..core.diagnostics import Diagnostics, SceneError
 from ..core.scene import Scene
 from ..core.settings import Settings
-from . import passes, properties, takeover
-from .monitor import monitor
+from . import error_table, passes, properties, takeover
+from .monitor import Shot, monitor
 from .progress import progress_line, stamp
 from .stereo import view_camera, view_names
 
@@ -34,7 +34,7 @@ class Job:
     """What there is to render, without Blender; `view` is the name of a stereo view, "" of the only one.
 
     `slices` are the scene in the middle of each slice of the time in which the shutter is open, all of them `scene`
-    itself where nothing moves; none without motion blur.
+    itself where nothing moves; none without motion blur. `shot` is None where nobody wants to know how it went.
     """
 
     scene: Scene
@@ -43,6 +43,7 @@ class Job:
     export_seconds: float
     view: str = ""
     slices: tuple[Scene, ...] = ()
+    shot: Shot | None = None
 
 
 def export_job(depsgraph, camera=None, size=None, frame_set=None, cache=None, **overrides):
@@ -140,6 +141,14 @@ def export_views(engine, depsgraph, cache):
     ]
 
 
+def shot_of(engine, scene):
+    """Name what an engine renders; None for Blender's own small pictures."""
+    if engine.is_preview:
+        return None
+    table = engine.is_animation and scene.zraka.use_error_table
+    return Shot(scene.name, scene.frame_current, error_table.table_path(scene.render) if table else None)
+
+
 class Display:
     """The picture in Blender while it is rendered.
 
@@ -169,8 +178,6 @@ class Display:
         self._engine.update_result(self._result)
         self._engine.update_progress(progress)
         self._engine.update_stats("", progress_line(film, self._settings))
-        if not self._engine.is_preview:
-            monitor.note(film)
         self._next = time.perf_counter() + SHOW_EVERY
 
     def close(self, film, guides=None, names=None):
@@ -183,7 +190,7 @@ class Display:
     def _stamp(self, film, names):
         """Tell the files' readers how the picture was made, and what the ids of the mattes stand for."""
         result = self._engine.get_result()
-        place = ".".join(name for name in (self._view_layer.name, self._view) if name)
+        place = _place(self._view_layer, self._view)
         for field, value in stamp(film, self._settings).items():
             result.stamp_data_add_field(f"zraka.{place}.{field}", value)
         passes.write_metadata(result, self._view_layer, names)
@@ -206,12 +213,14 @@ def render_job(job, engine, view_layer, before=None):
     middle = getattr(compiled, "middle", compiled)
     display = Display(engine, view_layer, settings, job.view)
     film = guides = names = None
-    if not engine.is_preview:
-        monitor.begin(settings)
+    if job.shot:
+        monitor.begin(job.shot, _place(view_layer, job.view), settings)
 
     def on_pass(latest, progress):
         nonlocal film
         film = latest
+        if job.shot:
+            monitor.note(job.shot, latest)
         display.on_pass(latest, progress)
 
     try:
@@ -219,14 +228,30 @@ def render_job(job, engine, view_layer, before=None):
             for name in passes.missing_passes(display.layer, view_layer):
                 job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
         film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
-        if not engine.is_preview:
-            monitor.note(film)
         if settings.guides.names and film.stats.get("stopped") != "cancelled":
             engine.update_stats("", "Rendering passes")
             guides, names = _guides(middle, settings, engine.test_break)
     finally:
         display.close(film, guides, names)
+        if job.shot:
+            _keep(job, film, _place(view_layer, job.view))
     return middle
+
+
+def _place(view_layer, view):
+    return ".".join(name for name in (view_layer.name, view) if name)
+
+
+def _keep(job, film, place):
+    """Note how a render went, for the panel and beside an animation's frames."""
+    shot = job.shot
+    whole = film is not None and film.stats.get("stopped", "cancelled") != "cancelled"
+    if shot.table and whole:  # of others Blender writes no file
+        try:
+            error_table.write_row(shot.table, shot.frame, place, film)
+        except SceneError as error:
+            job.diagnostics.warn(str(error))
+    monitor.end(shot, film, job.diagnostics.messages())
 
 
 def _guides(compiled, settings, cancelled):
@@ -258,7 +283,8 @@ class Session:
             cache, self._cache = self._cache, None  # what fails halfway is not to be used again
             if cache is None:
                 cache, self._compiled = ExportCache(), None
-            self._jobs = export_views(engine, depsgraph, cache)
+            shot = shot_of(engine, depsgraph.scene)
+            self._jobs = [replace(job, shot=shot) for job in export_views(engine, depsgraph, cache)]
             self._cache = cache if depsgraph.scene.render.use_persistent_data else None
             self._warn(engine, self._jobs[0])
         if not engine.is_preview:

@@ -101,7 +101,7 @@ def noisy_weights(parts):
 def _squares(picture, noise, tiny):
     means = [neighbours_mean(channel, _REACH) for channel in picture]
     apart = sum(np.square(own - mean) for own, mean in zip(picture, means, strict=True))
-    keep = 1 - np.minimum(noise, apart) / np.maximum(apart, tiny)
+    keep = 1 - np.minimum(noise, apart) / np.maximum(apart, tiny)  # the quotient stays below 1
     return sum(np.square(mean + keep * (own - mean)) for own, mean in zip(picture, means, strict=True))
 
 

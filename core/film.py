@@ -20,7 +20,7 @@ from .neighbours import box
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
-_JUDGED = 1 << 15  # pixels that tell a picture's error; more would cost time and tell little
+_JUDGED = 1 << 17  # pixels that tell a picture's error; more would cost time and tell little
 _BAND = 8  # rows
 _REACH = 2  # pixels to each side that share their errors' squares
 
@@ -192,18 +192,25 @@ class Film:
             The latest first: that of the doubling which `estimate.remaining` names.
         counts : (P,) int32
         """
-        with self._lock:
-            counts = self._counts[pixels]
-            picture = self._sums[:3, pixels] / np.maximum(counts, 1)
-            half, quarter, eighth = self._marks[:, :, pixels].astype(np.float64)
-        steps = [squares(half - picture), squares(quarter - half), squares(eighth - quarter)]
-        gains = np.where(_is_doubled(counts), steps, [*steps[1:], np.zeros_like(steps[0])])
-        return picture, gains, counts
+        with self._lock:  # `take` is three times as fast as an index
+            counts = self._counts.take(pixels)
+            picture = self._sums[:3].take(pixels, axis=1)
+            half, quarter, eighth = self._marks.take(pixels, axis=2)
+        picture /= np.maximum(counts, 1)
+        gains = np.zeros((4, pixels.size))
+        for gain, first, second in zip(gains, (half, quarter, eighth), (picture, half, quarter), strict=False):
+            gain[:] = squares(np.subtract(first, second, dtype=np.float64))
+        doubled = _is_doubled(counts)
+        if doubled.all():
+            return picture, gains[:3], counts
+        return picture, np.where(doubled, gains[:3], gains[1:]), counts
 
     def _see_ratio(self, gains, weight, counts):
         """Learn how doublings compare from the pixels that have just completed one, where they are many."""
         known, first = np.flatnonzero(_is_doubled(counts) & (counts >= 4)), 8
-        if 4 * known.size < counts.size:
+        if known.size == counts.size:
+            known = slice(None)
+        elif 4 * known.size < counts.size:
             if self._ratio is not None or counts.min() < 5:
                 return
             known, first = slice(None), math.inf  # between two doublings, of which none was seen
@@ -244,7 +251,8 @@ def _is_doubled(counts):
 
 
 def _colour(difference):
-    return np.square(difference).sum(axis=0)
+    np.square(difference, out=difference)
+    return difference[0] + difference[1] + difference[2]
 
 
 def _luminance(difference):

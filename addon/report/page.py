@@ -63,12 +63,17 @@ def table(head, rows):
 
 def pictures(shown):
     """Pictures (H, W, 3) uint8 side by side: (picture, caption) each."""
-    figures = "".join(
-        f'<figure><img alt="{escape(caption)}" src="{_uri("image/jpeg", encoded(picture))}">'
+    return figures([("image/jpeg", encoded(picture), caption) for picture, caption in shown])
+
+
+def figures(shown):
+    """Pictures in files side by side: (media type, bytes, caption) each."""
+    parts = "".join(
+        f'<figure><img alt="{escape(caption)}" src="{_uri(media, content)}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
-        for picture, caption in shown
+        for media, content, caption in shown
     )
-    return f'<div class="pictures">{figures}</div>'
+    return f'<div class="pictures">{parts}</div>'
 
 
 def plot(path):

@@ -3,14 +3,10 @@
 
 from __future__ import annotations
 
-import math
-
 import bpy
 
-from ..monitor import monitor
 from ..presets import ZRAKA_PT_sampling_presets
 from ..properties import OVERRIDES
-from .curve import error_curve, redraw_later
 from .panel import ClosedPanel, Panel, traces_paths
 
 
@@ -200,42 +196,6 @@ class RENDER_PT_zraka_performance(ClosedPanel, bpy.types.Panel):
         column.prop(render, "use_persistent_data")
 
 
-class RENDER_PT_zraka_latest(ClosedPanel, bpy.types.Panel):
-    """How the latest render went, or goes."""
-
-    bl_label = "Latest Render"
-
-    def draw_settings(self, column, context):
-        """Draw the error over time, and its figures."""
-        points = monitor.points
-        if not points:
-            column.label(text="Nothing was rendered yet")
-            return
-        icon = error_curve(points)
-        if icon:
-            column.template_icon(icon, scale=6)
-        names = {item.identifier.lower(): item.name for item in _methods(context)}
-        column.label(text=f"{names[monitor.method]}, {monitor.rays / 1e6:.2f} M rays/s")
-        table = column.grid_flow(row_major=True, columns=3, align=True)
-        for words in (("Samples", "Seconds", "Error"), *map(_row, points[-_ROWS:])):
-            for word in words:
-                table.label(text=word)
-        if bpy.app.is_job_running("RENDER"):
-            redraw_later()
-
-
-_ROWS = 8  # of the table of errors
-
-
-def _methods(context):
-    return context.scene.zraka.bl_rna.properties["method"].enum_items
-
-
-def _row(point):
-    samples, seconds, error = point
-    return str(samples), f"{seconds:.2f}", f"{error:.2%}" if math.isfinite(error) else "unknown"
-
-
 CLASSES = (
     RENDER_PT_zraka_method,
     RENDER_PT_zraka_overrides,
@@ -250,5 +210,4 @@ CLASSES = (
     RENDER_PT_zraka_film,
     RENDER_PT_zraka_pixel_filter,
     RENDER_PT_zraka_performance,
-    RENDER_PT_zraka_latest,
 )

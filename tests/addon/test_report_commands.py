@@ -193,7 +193,7 @@ def test_what_was_measured_before_ctrl_c_is_written(tmp_path, renders):
     def interrupted():
         return len(asked) > renders
 
-    plan = measure.Plan(("pathtrace",), reference_samples=16, time_limit=5.0, size=(16, 16), threads=1)
+    plan = measure.Plan(("pathtrace",), reference_samples=16, time_limit=600.0, size=(16, 16), threads=1)
     run = measure._Measurement._render
 
     def counted(self, *args):

@@ -12,7 +12,7 @@ import pytest
 
 from zraka.addon import headless, monitor, preferences, presets, properties, takeover, ui, view_layer
 from zraka.addon.ui import curve
-from zraka.core.film import Film
+from zraka.core.film import Film, Step
 from zraka.core.settings import Settings
 
 
@@ -289,31 +289,22 @@ def test_the_command_line_takes_over_and_says_so(blender_scene, add_camera):
 # -- the latest render -------------------------------------------------------------------------------------------------
 
 
-def test_the_curve_of_errors_falls():
-    points = [(4**k, 0.1 * 4**k, 0.5 / 2**k) for k in range(5)]
-    picture = curve.curve_pixels(points)
-    line = np.argmax(picture[..., 0] > 0.9, axis=0)
-    assert line[0] > line[-1] > 0
-    # Logarithms of a power law lie on a line.
-    np.testing.assert_allclose(line, np.linspace(line[0], line[-1], len(line)), atol=1)
-    assert curve.curve_pixels(points[:1]) is None
-    assert curve.curve_pixels([(1, 0.1, float("inf")), (2, 0.2, 0.0)]) is None
-
-
 def test_the_latest_render_is_shown(context, monkeypatch):
     latest = monitor.Monitor()
-    monkeypatch.setattr(ui.render, "monitor", latest)
-    assert drawn(ui.render.RENDER_PT_zraka_latest, context) == ["Nothing was rendered yet"]
-    latest.begin(Settings(method="raytrace"))
+    monkeypatch.setattr(ui.latest, "monitor", latest)
+    assert drawn(ui.latest.RENDER_PT_zraka_latest, context) == ["Nothing was rendered yet", "use_error_table"]
+    shot = monitor.Shot(context.scene.name)
+    latest.begin(shot, "", Settings(method="raytrace"))
+    drawn(ui.latest.RENDER_PT_zraka_latest, context)  # before the first pass
     film = Film(2, 2)
     rng = np.random.default_rng(1)
     for sample in range(8):
         film.add(np.arange(4), rng.random((3, 4), np.float32), [sample])
         film.samples, film.stats = sample + 1, {"seconds": 0.1 * (sample + 1), "rays": {"camera": 1000}}
-        latest.note(film)
-        latest.note(film)  # nothing new
-    assert len(latest.points) == 8
-    words = drawn(ui.render.RENDER_PT_zraka_latest, context)
+        film.history.append(Step(film.samples, film.stats["seconds"], film.error()))
+        latest.note(shot, film)
+    words = drawn(ui.latest.RENDER_PT_zraka_latest, context)
     assert [word for word in words if word.startswith("Ray Tracing, ")]  # without a window there are no icons
     assert "0.80" in words
+    assert {"zraka.error_curve", "zraka.error_report"} <= set(words)
     curve.forget()

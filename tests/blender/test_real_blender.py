@@ -235,11 +235,15 @@ def test_the_window(blender):
     assert read(folder / "methods.png")[..., :3].mean() > 0.05
     assert log["longest_pause"] < 1  # between two calls of Blender's timer, which draws by software
     assert log["left"] == 0
-    assert log["handlers"] == ["render_cancel"]
+    assert log["handlers"] == ["render_cancel"] * 2
     assert len(log["shown"]) >= 4
     # Half a second is the aim; here OpenGL is software and takes the same cores.
     assert log["returned"] - log["breaks"][0] < 1
     assert read(folder / "kept.png")[..., :3].mean() > 0.1
+    assert log["errors"] >= 3
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert page.endswith("</html>\n")
+    assert "data:image/jpeg" in page
 
 
 def test_rendered_shading(blender):

@@ -6,7 +6,7 @@ import pytest
 
 from zraka.core import estimate
 from zraka.core.film import INTERVAL_95, Film
-from zraka.core.report.error import relative_rmse, weights
+from zraka.core.report.error import FLOOR, relative_rmse, weights
 from zraka.core.sampling.sampler import reverse_int
 
 from .scenes import cornell, film_of
@@ -164,3 +164,9 @@ def test_estimated_error_of_a_scene():
     told = np.sqrt(np.mean([film.error() ** 2 for film in films]))
     assert told == pytest.approx(true, rel=0.15)
     assert 1.3 * told != pytest.approx(true, rel=0.15)
+
+
+def test_a_noise_without_differences_is_no_overflow():
+    """The mean of pixels that are all alike, where doublings changed much."""
+    flat = np.ones((3, 8, 8))
+    np.testing.assert_allclose(estimate.noisy_weights([(flat, np.full((8, 8), 8.0))]), 1 / (3 + 3 * FLOOR**2))

@@ -13,6 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import FOLDER, Driver, click, move, press, shot
@@ -65,17 +66,17 @@ class Watched:
 def watch_renders():
     render_job = session.render_job
 
-    def watched(job, engine, view_layer):
+    def watched(job, engine, *rest):
         if engine.is_preview:
             started = time.perf_counter()
-            render_job(job, engine, view_layer)
+            found = render_job(job, engine, *rest)
             log["previews"].append(time.perf_counter() - started)
-            return
+            return found
         log["started"] = time.perf_counter()
         try:
-            render_job(job, Watched(engine), view_layer)
+            return render_job(job, Watched(engine), *rest)
         finally:
-            log["returned"] = time.perf_counter()
+            log.setdefault("returned", time.perf_counter())  # of the first
 
     session.render_job = watched
     for name in ("render_cancel", "render_complete"):
@@ -111,7 +112,7 @@ def steps():
     context = bpy.context
     context.preferences.view.show_splash = False
     window = context.window_manager.windows[0]
-    areas = {area.type: area for area in window.screen.areas}
+    areas = areas_of(window)
     yield 1.0
 
     watch_panels()
@@ -129,6 +130,11 @@ def steps():
 
     yield from render_and_cancel(context, areas["VIEW_3D"])
     yield from look_at_the_latest_render(window)
+    yield from watch_the_error(context, areas_of(window)["VIEW_3D"])
+
+
+def areas_of(window):
+    return {area.type: area for area in window.screen.areas}
 
 
 def choose_engine(window, properties):
@@ -273,6 +279,42 @@ def look_at_the_latest_render(window):
     shot("latest")
     for cls in others:
         bpy.utils.register_class(cls)
+
+
+def watch_the_error(context, area):
+    """The curve in an image editor while a render goes on, and the page that is saved at its end."""
+    context.preferences.view.render_display_type = "NONE"
+    window = context.window_manager.windows[0]
+    area.type = "IMAGE_EDITOR"
+    yield 1.0
+    bpy.ops.render.render("INVOKE_DEFAULT")
+    yield lambda: goes_on(context.scene)
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with context.temp_override(window=window, area=area, region=region):
+        bpy.ops.zraka.error_curve()
+    image = bpy.data.images["Zraka Error"]
+    first = image_sum(image)
+    yield lambda: image_sum(image) != first  # drawn anew by itself
+    yield 3.0
+    shot("curve")
+    move(window, area.x + area.width / 2, area.y + area.height / 2)
+    press("Escape")
+    yield lambda: session.monitor.latest(context.scene.name).is_done
+    yield lambda: image.packed_file is not None
+    shot("curve-at-the-end")
+    bpy.ops.zraka.error_report(filepath=str(FOLDER / "report.html"))
+    log["errors"] = len(session.monitor.latest(context.scene.name).history)
+
+
+def goes_on(scene):
+    latest = session.monitor.latest(scene.name)
+    return latest is not None and not latest.is_done and latest.samples > 4
+
+
+def image_sum(image):
+    pixels = np.zeros(len(image.pixels), np.float32)
+    image.pixels.foreach_get(pixels)
+    return float(pixels.sum())
 
 
 Driver(steps(), log).start()
