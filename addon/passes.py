@@ -7,13 +7,14 @@ switched on in ``view_layer.zraka`` (`addon/view_layer.py`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
-from ..core.settings import Guides
+from ..core.settings import AOV_COLOR, AOV_VALUE, Guides
 from .export.versions import blends_features
 
 UNKNOWN = 1e10
@@ -21,7 +22,10 @@ UNKNOWN = 1e10
 
 _FALLOFF_ENUMS = {"QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"}
 _MOST_RANKS = 16
-_LIGHT = {"emission", "environment"}  # guides that the exposure brightens
+# Guides that the exposure brightens.
+_LIGHT = {f"{kind}_{part}" for kind in ("diffuse", "glossy", "transmission") for part in ("direct", "indirect")}
+_OF_PATHS = _LIGHT | {"ambient_occlusion"}  # those that path tracing alone renders
+_LIGHT |= {"emission", "environment"}
 
 # Switch of the view layer, name since Blender 5.0, name before, channels, kind, guide; None where it stays empty.
 _SWITCHED = (
@@ -33,11 +37,18 @@ _SWITCHED = (
     ("use_pass_uv", "UV", "UV", "UVA", "VECTOR", "uv"),
     ("use_pass_object_index", "Object Index", "IndexOB", "X", "VALUE", "object_index"),
     ("use_pass_material_index", "Material Index", "IndexMA", "X", "VALUE", "material_index"),
+    ("use_pass_diffuse_direct", "Diffuse Direct", "DiffDir", "RGB", "COLOR", "diffuse_direct"),
+    ("use_pass_diffuse_indirect", "Diffuse Indirect", "DiffInd", "RGB", "COLOR", "diffuse_indirect"),
     ("use_pass_diffuse_color", "Diffuse Color", "DiffCol", "RGB", "COLOR", "diffuse_color"),
+    ("use_pass_glossy_direct", "Glossy Direct", "GlossDir", "RGB", "COLOR", "glossy_direct"),
+    ("use_pass_glossy_indirect", "Glossy Indirect", "GlossInd", "RGB", "COLOR", "glossy_indirect"),
     ("use_pass_glossy_color", "Glossy Color", "GlossCol", "RGB", "COLOR", "glossy_color"),
+    ("use_pass_transmission_direct", "Transmission Direct", "TransDir", "RGB", "COLOR", "transmission_direct"),
+    ("use_pass_transmission_indirect", "Transmission Indirect", "TransInd", "RGB", "COLOR", "transmission_indirect"),
     ("use_pass_transmission_color", "Transmission Color", "TransCol", "RGB", "COLOR", "transmission_color"),
     ("use_pass_emit", "Emission", "Emit", "RGB", "COLOR", "emission"),
     ("use_pass_environment", "Environment", "Env", "RGB", "COLOR", "environment"),
+    ("use_pass_ambient_occlusion", "Ambient Occlusion", "AO", "RGB", "COLOR", "ambient_occlusion"),
 )
 _MATTES = (
     ("use_pass_cryptomatte_object", "CryptoObject", "crypto_object"),
@@ -52,13 +63,11 @@ _DENOISING = (
     ((5, 2), "Denoising Specular Albedo", "RGB", "COLOR", "denoising_specular"),
     ((5, 2), "Denoising Roughness", "X", "VALUE", "denoising_roughness"),
 )
+# Switches that Blender keeps for other engines, or for data of old files; Cycles has no such passes either.
 _NOT_YET = {
-    f"use_pass_{kind}_{part}": f"{kind.capitalize()} {part.capitalize()}"
-    for kind in ("diffuse", "glossy", "transmission", "subsurface")
-    for part in ("direct", "indirect")
-} | {
+    "use_pass_subsurface_direct": "Subsurface Direct",
+    "use_pass_subsurface_indirect": "Subsurface Indirect",
     "use_pass_subsurface_color": "Subsurface Color",
-    "use_pass_ambient_occlusion": "Ambient Occlusion",
     "use_pass_shadow": "Shadow",
 }
 
@@ -77,8 +86,8 @@ class Pass:
     read : callable, optional
         From a `core.film.Film` and its settings to (H, W, len(channels)) float32, row 0 at the bottom.
     guide : str
-        Name of a picture of `core.methods.guides`, whose rows from `first` on it shows. Without one and without
-        `read` the pass stays empty.
+        Name of a picture of `core.methods.guides` or `core.methods.light_passes`, whose rows from `first` on it shows.
+        Without one and without `read` the pass stays empty.
     """
 
     name: str
@@ -109,7 +118,10 @@ def passes_of(view_layer):
     yield from _own_passes(getattr(view_layer, "zraka", None))
     for aov in getattr(view_layer, "aovs", ()):
         if aov.is_valid:
-            yield Pass(aov.name, *(("X", "VALUE") if aov.type == "VALUE" else ("RGBA", "COLOR")))
+            if aov.type == "VALUE":
+                yield Pass(aov.name, "X", "VALUE", guide=AOV_VALUE + aov.name)
+            else:
+                yield Pass(aov.name, "RGBA", "COLOR", guide=AOV_COLOR + aov.name)
 
 
 def _own_passes(settings):
@@ -165,6 +177,7 @@ def guides_of(depsgraph):
         alpha_threshold=view_layer.pass_alpha_threshold,
         mist_start=mist[0],
         mist_depth=mist[1],
+        ambient_distance=math.inf if world is None else world.light_settings.distance,
         mist_falloff=mist[2] if mist[2] in _FALLOFF_ENUMS else "QUADRATIC",
         levels=_ranks(view_layer),
         blends=blends_features(),
@@ -197,7 +210,8 @@ def write_passes(film, render_layer, view_layer, settings=None, guides=None):
             picture = guides[p.guide][p.first : p.first + len(p.channels)].T
             if p.guide in _LIGHT and settings.exposure != 1:
                 picture = picture * settings.exposure
-        elif settings is not None and p.is_empty:  # Blender fills some with numbers that are not black
+        elif settings is not None and (p.is_empty or guides is not None):
+            # Blender fills some with numbers that are not black.
             picture = np.zeros((film.height, film.width, len(p.channels)), np.float32)
         if picture is None:
             continue
@@ -218,9 +232,10 @@ def write_metadata(result, view_layer, names):
                 result.stamp_data_add_field(field, value)
 
 
-def missing_passes(render_layer, view_layer):
-    """Name the passes that Blender expects or the user has switched on, and Zraka does not render."""
+def missing_passes(render_layer, view_layer, method="pathtrace"):
+    """Name the passes that Blender expects or the user has switched on, and Zraka does not render by `method`."""
     rendered = list(passes_of(view_layer))
     expected = {p.name for p in render_layer.passes} - {p.name for p in rendered}
-    empty = {p.name for p in rendered if p.is_empty}
+    unlit = set() if method == "pathtrace" else _OF_PATHS
+    empty = {p.name for p in rendered if p.is_empty or p.guide in unlit}
     return sorted(expected | empty | {name for switch, name in _NOT_YET.items() if getattr(view_layer, switch, False)})

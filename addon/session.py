@@ -225,12 +225,12 @@ def render_job(job, engine, view_layer, before=None):
 
     try:
         if display.layer is not None:
-            for name in passes.missing_passes(display.layer, view_layer):
+            for name in passes.missing_passes(display.layer, view_layer, settings.method):
                 job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
         film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
         if settings.guides.names and film.stats.get("stopped") != "cancelled":
             engine.update_stats("", "Rendering passes")
-            guides, names = _guides(middle, settings, engine.test_break)
+            guides, names = _guides(middle, film, settings, engine.test_break)
     finally:
         display.close(film, guides, names)
         if job.shot:
@@ -254,11 +254,13 @@ def _keep(job, film, place):
     monitor.end(shot, film, job.diagnostics.messages())
 
 
-def _guides(compiled, settings, cancelled):
+def _guides(compiled, film, settings, cancelled):
     """The pictures that passes show, and the names that their ids stand for."""
-    from ..core.methods.guides import matte_names, render_guides
+    from ..core.methods.cryptomatte import matte_names
+    from ..core.methods.guides import render_guides
+    from ..core.methods.light_passes import light_pictures
 
-    guides = render_guides(compiled, compiled.described, settings, cancelled)
+    guides = render_guides(compiled, compiled.described, settings, cancelled) | light_pictures(film, settings)
     return guides, matte_names(compiled, compiled.described, settings.guides)
 
 

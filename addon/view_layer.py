@@ -88,17 +88,30 @@ class VIEWLAYER_PT_zraka_passes_data(_PassesPanel, bpy.types.Panel):
 
 
 class VIEWLAYER_PT_zraka_passes_light(_PassesPanel, bpy.types.Panel):
-    """Colours of surfaces, and light seen directly."""
+    """Light by the way it came, the colours that sent it on, and light seen directly."""
 
     bl_label = "Light"
     bl_parent_id = "VIEWLAYER_PT_zraka_passes"
     switches = (
+        ("diffuse_direct", "Diffuse Direct"),
+        ("diffuse_indirect", "Diffuse Indirect"),
         ("diffuse_color", "Diffuse Color"),
+        ("glossy_direct", "Glossy Direct"),
+        ("glossy_indirect", "Glossy Indirect"),
         ("glossy_color", "Glossy Color"),
+        ("transmission_direct", "Transmission Direct"),
+        ("transmission_indirect", "Transmission Indirect"),
         ("transmission_color", "Transmission Color"),
         ("emit", "Emission"),
         ("environment", "Environment"),
+        ("ambient_occlusion", "Ambient Occlusion"),
     )
+
+    def draw_more(self, column, view_layer):
+        """Draw how far occlusion reaches."""
+        world = view_layer.id_data.world
+        if world is not None and view_layer.use_pass_ambient_occlusion:
+            column.prop(world.light_settings, "distance", text="Occlusion Distance")
 
 
 class VIEWLAYER_PT_zraka_passes_cryptomatte(_PassesPanel, bpy.types.Panel):
@@ -117,12 +130,28 @@ class VIEWLAYER_PT_zraka_passes_cryptomatte(_PassesPanel, bpy.types.Panel):
         column.prop(view_layer, "pass_cryptomatte_depth", text="Levels")
 
 
+class VIEWLAYER_PT_zraka_passes_aov(_PassesPanel, bpy.types.Panel):
+    """Values that materials tell by AOV Output nodes."""
+
+    bl_label = "Shader AOV"
+    bl_parent_id = "VIEWLAYER_PT_zraka_passes"
+
+    def draw_more(self, column, view_layer):
+        """Draw Blender's list of them."""
+        row = column.row()
+        row.template_list("VIEWLAYER_UL_aov", "", view_layer, "aovs", view_layer, "active_aov_index", rows=2)
+        buttons = row.column(align=True)
+        buttons.operator("scene.view_layer_add_aov", icon="ADD", text="")
+        buttons.operator("scene.view_layer_remove_aov", icon="REMOVE", text="")
+
+
 CLASSES = (
     ZrakaViewLayerSettings,
     VIEWLAYER_PT_zraka_passes,
     VIEWLAYER_PT_zraka_passes_data,
     VIEWLAYER_PT_zraka_passes_light,
     VIEWLAYER_PT_zraka_passes_cryptomatte,
+    VIEWLAYER_PT_zraka_passes_aov,
 )
 
 

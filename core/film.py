@@ -47,6 +47,8 @@ class Film:
         Whether samples carry a fourth channel; else alpha is 1.
     places : (H·W,) int, optional
         Which pixel of the region, ``y * width + x``, is traced when; None is in this order.
+    extra : int
+        Further channels of a sample, which are no part of the picture.
 
     Attributes
     ----------
@@ -57,7 +59,7 @@ class Film:
     stats : dict
     """
 
-    def __init__(self, width, height, alpha=False, places=None):
+    def __init__(self, width, height, alpha=False, places=None, extra=0):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
@@ -66,7 +68,8 @@ class Film:
         self._order = np.arange(total, dtype=np.int32)
         if places is not None:
             self._order[places] = np.arange(total, dtype=np.int32)
-        self._sums = _zeros((4 if alpha else 3, total), np.float64)
+        self._channels = 4 if alpha else 3
+        self._sums = _zeros((self._channels + extra, total), np.float64)
         # The mean colour of the first n/2, n/4 and n/8 samples, n the power of two that a pixel fills.
         self._marks = _zeros((3, 3, total), np.float32)
         self._counts = _zeros((total,), np.int32)
@@ -118,7 +121,13 @@ class Film:
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
         with self._lock:
-            return (self._sums / np.maximum(self._counts, 1))[:, self._order]
+            return (self._sums[: self._channels] / np.maximum(self._counts, 1))[:, self._order]
+
+    def extra(self, first, stop):
+        """Means of the further channels `first` to `stop`, (stop - first, H·W) float32."""
+        with self._lock:
+            sums = self._sums[self._channels + first : self._channels + stop]
+            return (sums / np.maximum(self._counts, 1))[:, self._order].astype(np.float32)
 
     def counts(self):
         """Samples of each pixel, (H·W,) int32."""
@@ -131,7 +140,8 @@ class Film:
         for part in self._parts():
             pixels = self._order[part]
             with self._lock:
-                out[part, : len(self._sums)] = (self._sums[:, pixels] / np.maximum(self._counts[pixels], 1)).T
+                sums = self._sums[: self._channels, pixels]
+                out[part, : self._channels] = (sums / np.maximum(self._counts[pixels], 1)).T
         return out.reshape(self.height, self.width, 4)
 
     # -- the error -----------------------------------------------------------------------------------------------------

@@ -66,7 +66,7 @@ class _Render:
         self._methods = [method_of(moment, settings) for moment in moments]
         x0, y0, x1, y1 = settings.region
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
-        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places)
+        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, self._methods[0].extra)
         self._chunk = settings.chunk or self._methods[0].chunk
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         self._stop = Event()

@@ -89,7 +89,8 @@ class Material:
 
     `surface` is None for a material without a surface shader (it renders black, as in Blender). `displacement` is the
     vector by which its surface is moved, shown as a turned normal; `displacement_step` tells from heights how far
-    apart, in footprints of a pixel. `index` is a number that nodes can read.
+    apart, in footprints of a pixel. `index` is a number that nodes can read. `aovs` are (name, colour, value) that it
+    tells besides, each a `Link` or a constant.
     """
 
     name: str
@@ -98,6 +99,13 @@ class Material:
     displacement: Link | None = None
     index: int = 0
     displacement_step: float = 0.1
+    aovs: tuple[tuple, ...] = ()
+
+    @property
+    def side_links(self):
+        """Links that end neither at a node nor at the surface."""
+        values = (self.displacement, *(value for _, *pair in self.aovs for value in pair))
+        return [value for value in values if isinstance(value, Link)]
 
     @classmethod
     def single(cls, op, name=None, **inputs):

@@ -3,15 +3,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 METHODS = ("phong", "raycast", "raytrace", "pathtrace")
 
+AOV_COLOR, AOV_VALUE = "aov_color:", "aov_value:"
+"""Before a shader AOV's name, in names of guides: four channels, the last 1 where there is a value; and one."""
+
 
 @dataclass(frozen=True)
 class Guides:
-    """Which pictures of the first hit are made beside the picture (`core.methods.guides`), and how.
+    """Which pictures are made beside the picture (`core.methods.guides`, `core.methods.light_passes`), and how.
 
     Parameters
     ----------
@@ -27,6 +31,8 @@ class Guides:
         Ranks of the mattes.
     blends : bool
         Whether what a denoiser is told goes smoothly from surfaces that show themselves to those that show others.
+    ambient_distance : float
+        Beyond which nothing occludes.
     indices, assets : mapping of str
         Number, and name of what it belongs to, of objects by name; those not here have their `info.index` and name.
     """
@@ -39,6 +45,7 @@ class Guides:
     mist_falloff: str = "QUADRATIC"
     levels: int = 6
     blends: bool = False
+    ambient_distance: float = math.inf
     indices: Mapping[str, int] = field(default_factory=dict)
     assets: Mapping[str, str] = field(default_factory=dict)
 

@@ -89,6 +89,21 @@ class GraphReader:
         value = self._value(self._trace(0, socket))
         return value.node if isinstance(value, description.Link) else None
 
+    def aovs(self):
+        """(name, colour, value) of each AOV Output node of the tree and of the groups in it."""
+        found, frames = {}, [0]
+        while frames:
+            frame = frames.pop()
+            for node in self._frames[frame].tree.nodes:
+                if node.mute:
+                    continue
+                if node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
+                    frames.append(self._enter(frame, node, node.node_tree))
+                elif node.bl_idname == "ShaderNodeOutputAOV" and node.aov_name:
+                    sockets = (node.inputs["Color"], node.inputs["Value"])
+                    found[node.aov_name] = tuple(self._value(self._trace(frame, socket)) for socket in sockets)
+        return tuple((name, *values) for name, values in found.items())
+
     # -- following links --------------------------------------------------------------------------------------------
 
     def _trace(self, frame, socket):

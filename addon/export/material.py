@@ -96,5 +96,6 @@ def export_material(material, images, diagnostics):
     displacement = None if moved is None else reader.link(moved)
     if displacement is not None and material.displacement_method != "BUMP":
         diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)
-    nodes = tuple(reader.nodes)
-    return description.Material(material.name, nodes, surface, displacement, material.pass_index, displacement_step())
+    aovs = reader.aovs()
+    nodes, step = tuple(reader.nodes), displacement_step()
+    return description.Material(material.name, nodes, surface, displacement, material.pass_index, step, aovs)

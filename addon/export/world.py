@@ -38,6 +38,8 @@ def export_world(world, images, diagnostics):
     volume = output.inputs.get("Volume")  # a light's output has none
     if volume is not None and volume.is_linked:
         diagnostics.warn("volume is not rendered yet", place)
+    if any(node.bl_idname == "ShaderNodeOutputAOV" for node in tree.nodes):
+        diagnostics.warn("shader AOVs of a world are not rendered", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
     if surface is None:

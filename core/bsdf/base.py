@@ -34,7 +34,7 @@ class BSDFSample(NamedTuple):
 
     wi (3, N); weight (3, N) = f·|cos|/pdf with colours; pdf (N,), inf for delta lobes; eta (N,) or None;
     straight (N,) bool or None: lanes that passed through unbent; flags (N,) uint8 or None: value of the chosen lobe's
-    flags.
+    flags; diffuse (3, N) or None: the diffuse lobes' share of the weight.
     """
 
     wi: np.ndarray
@@ -43,3 +43,4 @@ class BSDFSample(NamedTuple):
     eta: np.ndarray | None = None
     straight: np.ndarray | None = None
     flags: np.ndarray | None = None
+    diffuse: np.ndarray | None = None

@@ -72,6 +72,17 @@ class Mixture:
             _sum_lobes(entries, shares, surface, wi, arena, f, pdf)
         return f, pdf
 
+    def eval_diffuse(self, entries, surface, wi, arena):
+        """f·|cosθ| with colours (3, N) of the diffuse lobes alone."""
+        f = arena.zeros(wi.shape)
+        for entry in entries:
+            if Lobe.DIFFUSE not in entry[0].flags:
+                continue
+            with arena.frame():
+                value, _ = _eval_lobe(entry, surface, wi, arena)
+                np.add(f, np.multiply(entry[1], value, out=arena.empty(f.shape)), out=f)
+        return f
+
     def sample(self, entries, surface, uc, u0, u1, arena, shares=None, with_flags=False):
         """A direction of one of the lobes, as `BSDFSample`; `uc` chooses the lobe and is used again within it."""
         flags = arena.full(uc.shape, self._default_flags, np.uint8) if with_flags else None

@@ -70,7 +70,7 @@ class Builder:
     def __post_init__(self):
         nodes = self.material.nodes
         ends = [v for node in nodes for v in node.inputs.values()]
-        for link in (v for v in (*ends, getattr(self.material, "displacement", None)) if isinstance(v, Link)):
+        for link in (v for v in (*ends, *getattr(self.material, "side_links", ())) if isinstance(v, Link)):
             self._linked.setdefault(id(nodes[link.node]), set()).add(link.output)
 
     @property

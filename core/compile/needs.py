@@ -63,8 +63,7 @@ def needs_of(materials):
 def _read_outputs(material):
     """Names of the outputs that are read, by number of the node."""
     links = [v for node in material.nodes for v in node.inputs.values() if isinstance(v, Link)]
-    if material.displacement is not None:
-        links.append(material.displacement)
+    links += material.side_links
     read = {}
     for link in links:
         read.setdefault(link.node, set()).add(link.output)

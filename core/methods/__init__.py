@@ -2,6 +2,7 @@
 """The four methods, by name."""
 
 from ..compile.features import Feature
+from .light_passes import LightPassTrace, VisibilityLightPassTrace, summed
 from .local_visibility import VisibilityPhong, VisibilityRayCast, VisibilityRayTrace
 from .pathtrace import PathTrace
 from .phong import Phong
@@ -21,4 +22,7 @@ _VISIBILITY_METHODS = {
 def method_of(compiled, settings):
     """The method that `settings` name, as the features of the compiled scene need it."""
     methods = _VISIBILITY_METHODS if Feature.VISIBILITY in compiled.features else METHODS
+    if summed(settings):
+        method = VisibilityLightPassTrace if Feature.VISIBILITY in compiled.features else LightPassTrace
+        return method(compiled, settings)
     return methods[settings.method](compiled, settings)

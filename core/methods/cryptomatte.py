@@ -14,6 +14,18 @@ import numpy as np
 _MASK = 0xFFFFFFFF
 
 
+def matte_names(compiled, scene, options):
+    """Names by object, material and asset number, as Cycles gives them, by matte."""
+    described = {id(m) for x in scene.instances for m in x.materials}
+    described |= {id(x.material) for x in (*scene.spheres, *scene.curves, *scene.planes)}
+    objects = [x.name for x in scene.objects]
+    return {
+        "crypto_object": objects,
+        "crypto_material": [m.name if id(m) in described else "default_surface" for m in compiled.geometry.materials],
+        "crypto_asset": [options.assets.get(name, name) for name in objects],
+    }
+
+
 def name_hash(name):
     """MurmurHash3 (32 bits, seed 0) of a name in UTF-8."""
     data = name.encode()

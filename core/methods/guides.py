@@ -18,6 +18,7 @@ denoising_normal          3     likewise, in camera space
 denoising_depth           1     likewise, length of the way
 denoising_specular        3     colour of the mirrors and glass themselves
 denoising_roughness       1     of the first surface: 0 mirrors, 1 is diffuse
+aov_value:NAME            1     and aov_color:NAME, of 4: what materials tell under that name (`aovs`)
 crypto_object             4 L   and crypto_material, crypto_asset: ranked ids and coverages (`cryptomatte`)
 ========================  ====  =====================================================================================
 """
@@ -26,6 +27,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 from threading import Event, local
 
 import numpy as np
@@ -35,7 +37,9 @@ from ..interaction import spawn, uv_at
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY
 from ..sampling.sampler import Draw
 from ..spaces import transform_direction, transform_point
-from .cryptomatte import name_id, ranked
+from . import aovs
+from .cryptomatte import matte_names, name_id, ranked
+from .light_passes import summed
 from .met import Met, features, smoothstep
 from .pathtrace import Paths
 from .transparency import pass_through, straight_weight
@@ -81,9 +85,10 @@ def render_guides(compiled, scene, settings, cancelled=lambda: False):
     dict of str to (C, H·W) float32
         By name, row 0 at the bottom; empty where nothing was asked for or the work was stopped.
     """
-    if not settings.guides.names:
+    names = {n for n in settings.guides.names if n in CHANNELS or n in _MATTES or aovs.is_aov(n)} - {*summed(settings)}
+    if not names:
         return {}
-    tracer = _Guides(compiled, scene, settings)
+    tracer = _Guides(compiled, scene, replace(settings, guides=replace(settings.guides, names=frozenset(names))))
     x0, y0, x1, y1 = settings.region
     rows = np.arange(y0, y1, dtype=np.int32)[:, None] * np.int32(settings.width)
     pixels = (rows + np.arange(x0, x1, dtype=np.int32)).ravel()
@@ -129,6 +134,8 @@ class _Guides(Wavefront):
         self._has_uv = _floats(
             [bool(x.mesh.uvs) for x in scene.instances] + [0] * (len(objects) - len(scene.instances))
         )
+        self._aovs = {name for name in self._names if aovs.is_aov(name)}
+        self._shader_values = aovs.ShaderValues(compiled, sorted(self._aovs))
         self._mattes = {}
         names = matte_names(compiled, scene, options)
         for matte in _MATTES:
@@ -139,6 +146,7 @@ class _Guides(Wavefront):
     def pictures(self, count):
         """Black pictures of `count` pixels."""
         channels = CHANNELS | dict.fromkeys(_MATTES, 4 * -(-self._options.levels // 2))
+        channels |= {name: aovs.channels(name) for name in self._aovs}
         return {name: np.zeros((channels[name], count), np.float32) for name in sorted(self._names)}
 
     def place_samples(self, jitter, chunk):
@@ -176,13 +184,16 @@ class _Guides(Wavefront):
             hits.prim[worker.unseen] = -1
         wanted = set(_OF_SOLID) | (set(_OF_CENTRE) if chunk.samples == (0,) else set())
         solid = self._names & wanted
-        blended = self._names - set(_OF_CENTRE) - set(_OF_SOLID)
+        blended = self._names - set(_OF_CENTRE) - set(_OF_SOLID) - self._aovs
         surfaces = None
         if solid:
             surfaces = (
                 self._solid(hits, o, d, tmax, worker) if self._transparent else Met(self.scene, hits, o, d, arena)
             )
             self._add_solid(surfaces, solid, sums, arena)
+        if self._aovs:
+            limits = self._options.alpha_threshold, self.settings.transparent_depth
+            self._shader_values.add(hits, o, d, tmax, *limits, sums, self._accel, worker)
         if not blended:
             return
         beta = arena.full((3, keys.size), 1.0)
@@ -364,18 +375,6 @@ class _Guides(Wavefront):
         d = mixture.sample(entries, surface, u[2], u[0], u[1], arena).wi[:, on]
         o = spawn(surface.p[:, on], surface.offset[on], surface.ng[:, on], d, arena)
         return keys[on], o, d, lanes.beta[:, lane[on]] * specular[:, on]
-
-
-def matte_names(compiled, scene, options):
-    """Names by object, material and asset number, as Cycles gives them, by matte."""
-    described = {id(m) for x in scene.instances for m in x.materials}
-    described |= {id(x.material) for x in (*scene.spheres, *scene.curves, *scene.planes)}
-    objects = [x.name for x in scene.objects]
-    return {
-        "crypto_object": objects,
-        "crypto_material": [m.name if id(m) in described else "default_surface" for m in compiled.geometry.materials],
-        "crypto_asset": [options.assets.get(name, name) for name in objects],
-    }
 
 
 def _missing(lane, lanes):

@@ -8,11 +8,12 @@ import numpy as np
 
 def joined(parts, groups, arena):
     """Directs of all groups in one array; None when no group has any."""
-    if all(p is None for p in parts):
+    found = [p for p in parts if p is not None]
+    if not found:
         return None
-    out = arena.empty((3, groups[-1][2]))
+    out = arena.empty((*found[0].shape[:-1], groups[-1][2]))
     for part, (_, start, stop) in zip(parts, groups, strict=True):
-        out[:, start:stop] = 0 if part is None else part
+        out[..., start:stop] = 0 if part is None else part
     return out
 
 
@@ -24,10 +25,13 @@ def joined_samples(parts, groups, arena):
     count = groups[-1][2]
     wi, weight, pdf = arena.zeros((3, count)), arena.zeros((3, count)), arena.zeros(count)
     flags = None if found[0].flags is None else arena.zeros(count, np.uint8)
+    diffuse = None if found[0].diffuse is None else arena.zeros((3, count))
     for part, (_, start, stop) in zip(parts, groups, strict=True):
         if part is None:
             continue
         wi[:, start:stop], weight[:, start:stop], pdf[start:stop] = part.wi, part.weight, part.pdf
         if flags is not None:
             flags[start:stop] = part.flags
-    return type(found[0])(wi, weight, pdf, flags=flags)
+        if diffuse is not None:
+            diffuse[:, start:stop] = part.diffuse
+    return type(found[0])(wi, weight, pdf, flags=flags, diffuse=diffuse)

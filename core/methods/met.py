@@ -64,18 +64,27 @@ class Met:
             found.append((lanes, surface, program.mixture, entries))
         return found
 
+    def alpha(self):
+        """What is not let through unbent, (3, n)."""
+        return 1 - straight_weight(self._scene, self.surface, self._arena, self._ray)
+
     def opacity(self):
-        """What is not let through unbent, mean of the channels, (n,)."""
+        """The same, mean of the channels, (n,)."""
         return 1 - straight_weight(self._scene, self.surface, self._arena, self._ray).mean(axis=0)
 
     def emitted(self):
         """Radiance (3, n)."""
         return self._scene.emitted(self.surface, self._arena, self._ray)
 
-    def normal(self):
-        """Mean of the lobes' normals by their weights, (3, n); the shading normal where nothing scatters."""
+    def normal(self, flag=None):
+        """Mean of the lobes' normals by their weights, (3, n); the shading normal where nothing scatters.
+
+        With `flag`, a `Lobe`, of those alone that have it.
+        """
         out = self.surface.ns.copy()
         for lanes, surface, _, entries in self.parts:
+            if flag is not None:
+                entries = [entry for entry in entries if flag in entry[0].flags]
             if all(n is None for _, _, _, n in entries):
                 continue
             total = np.zeros((3, lanes.size), np.float32)

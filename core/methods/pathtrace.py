@@ -292,7 +292,7 @@ class PathTrace(Wavefront):
     def _shade_group(self, number, surface, ray, light, sampled, start, stop, arena):
         scene = self.scene
         program = scene.materials.programs[number]
-        mixture = program.mixture
+        mixture = self._mixture(program, ray)
         if not mixture.lobes:
             return None, None
         material = arena.take(scene.geometry.material, surface.prim)
@@ -309,6 +309,10 @@ class PathTrace(Wavefront):
             u = sampled[:, start:stop]
             scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena, shares, self._tells_rays)
         return direct, scattered
+
+    def _mixture(self, program, ray):
+        """What scatters the rays `ray` at the surfaces of `program`."""
+        return program.mixture
 
     def _evaluate(self, mixture, lobes, surface, ray, light, arena, shares):
         """What `surface` sends on of the sampled `light` to `ray`, (3, N), and the density of sampling it, (N,)."""

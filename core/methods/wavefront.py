@@ -60,6 +60,7 @@ class Worker:
     unseen: np.ndarray | None = None  # lanes of the chunk that fall beside a round picture
     casters: object = None  # what casts the shadows that are asked for now; None is what all lights share
     stop: Event = field(default_factory=Event)
+    rows: np.ndarray | None = None  # the chunk's radiance, where it is split into passes
 
     @property
     def nbytes(self):
@@ -100,9 +101,12 @@ class Wavefront:
     ----------
     chunk : int
         Lanes that are best traced together: many, so that calls cost little beside their work.
+    extra : int
+        Channels of `radiance` beyond the picture's.
     """
 
     chunk = 163840
+    extra = 0
 
     def __init__(self, compiled, settings):
         self.scene = compiled

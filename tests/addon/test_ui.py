@@ -45,6 +45,11 @@ class Layout:
     def template_icon(self, icon, scale):
         self._log.append("icon")
 
+    def template_list(self, kind, name, data, items, owner, active, **_):
+        assert hasattr(bpy.types, kind)
+        self.prop(data, items)
+        self.prop(owner, active)
+
     def template_node_view(self, tree, node, socket):
         self._log.append(socket.name)
 

@@ -195,6 +195,30 @@ def test_two_view_layers(blender, reference):
     assert shown["Empty"][boxes].mean() > 1.2 * shown["All"][boxes].mean()
 
 
+def test_all_passes(blender, reference):
+    """By this Blender's names; the light among them makes up the picture, which they do not change."""
+    before = blender.script("passes.py")
+    done = blender("-b", "cornell.blend", *before, "--python-expr", SMALL, "-E", "ZRAKA", "-o", "//out_", "-f", "1")
+    assert done.returncode == 0, done.stdout
+    picture = oiio.ImageBuf(str(blender.folder / "out_0001.exr"))
+    names, pixels = [n.split(".", 1)[1] for n in picture.spec().channelnames], picture.get_pixels(oiio.FLOAT)
+
+    def shown(name, letters="RGB"):
+        return pixels[..., [names.index(f"{name}.{letter}") for letter in letters]].astype(np.float64)
+
+    assert_same(shown("Combined", "RGBA"), reference("cornell"))
+    new = float(blender.version) >= 5
+    kinds = ("Diffuse", "Glossy", "Transmission") if new else ("Diff", "Gloss", "Trans")
+    direct, indirect, color = (" Direct", " Indirect", " Color") if new else ("Dir", "Ind", "Col")
+    whole = shown("Emission" if new else "Emit") + shown("Environment" if new else "Env")
+    for kind in kinds:
+        whole += shown(kind + color) * (shown(kind + direct) + shown(kind + indirect))
+    np.testing.assert_allclose(whole, shown("Combined"), atol=1e-4 * whole.mean())
+    assert 0.05 < shown("Ambient Occlusion" if new else "AO").mean() < 1
+    assert 0.1 < shown("Amount", "X").mean() <= 0.25
+    assert not shown("Tint")[..., :2].any()
+
+
 def test_ctrl_c_keeps_the_picture(blender):
     done = blender("-b", "cornell.blend", *blender.script("interrupt.py", "facts.json"))
     facts = json.loads((blender.folder / "facts.json").read_text(encoding="utf-8"))

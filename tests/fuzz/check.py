@@ -12,7 +12,8 @@ import numpy as np
 from zraka.core.compile import compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.diagnostics import Diagnostics, SceneError
-from zraka.core.methods.guides import matte_names, render_guides
+from zraka.core.methods.cryptomatte import matte_names
+from zraka.core.methods.guides import render_guides
 from zraka.core.methods.wavefront import watched_arithmetic
 from zraka.core.render import render
 from zraka.core.settings import METHODS
