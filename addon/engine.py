@@ -26,7 +26,7 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
         # Blender makes engines only to ask for their passes, too: nothing may happen here.
         super().__init__(*args, **kwargs)
         self.session = Session()
-        self.viewport = None
+        self.viewport = self.baker = None
 
     def update_render_passes(self, scene, view_layer):
         """Tell which passes a view layer will have."""
@@ -34,11 +34,22 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
 
     def update(self, data, depsgraph):
         """Export, while Blender's data is locked."""
+        if self.resolution_x == 0:  # called before `bake`, which says later what is wanted
+            self.baker = None
+            return
         self.session.update(self, depsgraph)
 
     def render(self, depsgraph):
         """Trace what was exported."""
         self.session.render(self, depsgraph)
+
+    def bake(self, depsgraph, obj, pass_type, pass_filter, width, height):
+        """Bake one picture of an object."""
+        if self.baker is None:
+            from .bake import Baker  # like the viewport, only where it is wanted
+
+            self.baker = Baker()
+        self.baker.bake(self, depsgraph, obj, pass_type, pass_filter, (width, height))
 
     def view_update(self, context, depsgraph):
         """Export what Rendered shading shows; called first, and when something changed."""

@@ -23,6 +23,19 @@ FILTERS = (
     ("GAUSSIAN", "Gaussian", "A bell of the width below: soft edges"),
     ("BLACKMAN_HARRIS", "Blackman-Harris", "A bell that ends at the width below, as in Cycles by default"),
 )
+BAKES = (
+    ("COMBINED", "Combined", "All light that leaves the surface"),
+    ("AO", "Ambient Occlusion", "How much of the hemisphere is free, within the world's distance"),
+    ("POSITION", "Position", "Place in the world; needs few samples"),
+    ("NORMAL", "Normal", "Shading normal, with textures and bumps; needs few samples"),
+    ("UV", "UV", "The active UV map; needs few samples"),
+    ("ROUGHNESS", "Roughness", "Mean roughness of what reflects; needs few samples"),
+    ("EMIT", "Emit", "Light that the surface emits itself; needs few samples"),
+    ("ENVIRONMENT", "Environment", "The world in the direction of each point, seen from the world's centre"),
+    ("DIFFUSE", "Diffuse", "Light that is reflected diffusely, or its colour"),
+    ("GLOSSY", "Glossy", "Light that is reflected as gloss, or its colour"),
+    ("TRANSMISSION", "Transmission", "Light that comes through the surface, or its colour"),
+)
 OVERRIDES = ("reflectivity", "transparency", "ior", "exponent", "ambient")
 SAME_NAME = (
     "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect filter_width "
@@ -79,6 +92,12 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=65536,
         soft_max=64,
+    )
+    bake_type: EnumProperty(
+        name="Bake Type",
+        description="What is baked into the active image texture",
+        items=BAKES,
+        default="COMBINED",
     )
     seed: IntProperty(
         name="Seed",

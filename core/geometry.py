@@ -69,6 +69,8 @@ class Geometry:
         What shader nodes know of objects, where they ask, and of the camera.
     strands : Strands, optional
         Hair, where there is some.
+    own_number : (T,) int32, optional
+        Number of each triangle in its mesh; None where no triangle was left out.
     """
 
     origin: np.ndarray
@@ -88,6 +90,7 @@ class Geometry:
     objects: Objects | None = None
     view: View | None = None
     strands: Strands | None = None
+    own_number: np.ndarray | None = None
 
     @classmethod
     def from_arrays(cls, triangles=(), centers=(), radii=(), plane_points=(), plane_normals=(), material=None):

@@ -37,7 +37,7 @@ _MOST = 1 << 30  # samples; more are as good as no goal
 _SHARE_OF_WAY = 0.8  # of the doublings to a noise target, made in one pass: falling short costs a pass, not time
 
 
-def render(compiled, settings, on_pass=None, cancelled=None):
+def render(compiled, settings, on_pass=None, cancelled=None, method=method_of):
     """Render a compiled scene.
 
     Parameters
@@ -48,6 +48,8 @@ def render(compiled, settings, on_pass=None, cancelled=None):
         ``on_pass(film, progress)`` on the calling thread after every pass, and during long ones; progress is in [0, 1].
     cancelled : callable, optional
         Polled on the calling thread; True stops the render and keeps what is there.
+    method : callable, optional
+        ``method(compiled, settings)`` makes the `Wavefront`, by default the one that the settings name.
 
     Returns
     -------
@@ -55,15 +57,17 @@ def render(compiled, settings, on_pass=None, cancelled=None):
         With `history`, a step for each pass, and `stats`: seconds, error, rays, embree_seconds, nonfinite, threads,
         stopped ("samples", "time", "noise" or "cancelled").
     """
-    return _Render(compiled, settings).run(on_pass or (lambda film, progress: None), cancelled or (lambda: False))
+    return _Render(compiled, settings, method).run(
+        on_pass or (lambda film, progress: None), cancelled or (lambda: False)
+    )
 
 
 class _Render:
-    def __init__(self, compiled, settings):
+    def __init__(self, compiled, settings, method):
         self._settings = settings
         self._shutter = compiled if isinstance(compiled, Shutter) else None
         moments = self._shutter.moments if self._shutter else (compiled,)
-        self._methods = [method_of(moment, settings) for moment in moments]
+        self._methods = [method(moment, settings) for moment in moments]
         x0, y0, x1, y1 = settings.region
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, self._methods[0].extra)

@@ -104,8 +104,10 @@ class View:
             return depth
         return np.sqrt(np.einsum("in,in->n", p, p)) * depth / np.maximum(p[2], np.float32(1e-20))
 
-    def footprint(self, p, arena):
-        """Radius (N,) of a pixel at points `p` (3, N) of camera space: the mean of its half axes' lengths.
+    def footprint(self, p, prim, arena):
+        """Radius (N,) of a pixel at points `p` (3, N) of camera space, on primitives `prim` (N,).
+
+        It is the mean of the half axes' lengths, and the same on all primitives.
 
         Notes
         -----

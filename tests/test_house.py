@@ -72,6 +72,7 @@ MAY_IMPORT = {
     "core.film": FILM | {"core.estimate"},
     "core.adaptive": FILM,
     "core.render": RENDER | {"core.report.forecast"},
+    "core.bake": RENDER,
     "core.report": RENDER,
     "core.stability": RENDER | {"core.report"},
 }

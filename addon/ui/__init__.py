@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import curve, data, latest, objects, render, shading
+from . import bake, curve, data, latest, objects, render, shading
 from .panel import ENGINE
 
 # Panels written for EEVEE whose settings Zraka honours; the names change from one Blender to the next. Cycles' own
@@ -23,7 +23,14 @@ BORROWED = (
     "NODE_DATA_PT_EEVEE_light",
 )
 
-CLASSES = (*render.CLASSES, *latest.CLASSES, *objects.CLASSES, *data.CLASSES, *shading.CLASSES)
+CLASSES = (
+    *render.CLASSES,
+    *bake.CLASSES,
+    *latest.CLASSES,
+    *objects.CLASSES,
+    *data.CLASSES,
+    *shading.CLASSES,
+)
 
 
 def shared_panels():

@@ -65,7 +65,9 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     uvs = {name: _uvs(groups, name, count) for name in uv_names}
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         corner_values = corner_tables(groups, count, needs)
+    own_number = None
     if not good.all():
+        own_number = _own_numbers(groups, count)[good]
         _tell_dropped(
             "triangles without area or with coordinates that are not finite were left out",
             objects[~good],
@@ -117,6 +119,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
         corner_values=corner_values,
         objects=compile_objects(scene, origin, numbering.materials) if needs.objects else None,
         strands=None if segments is None else segments.strands,
+        own_number=own_number,
     )
 
 
@@ -197,6 +200,14 @@ def _triangle_numbers(groups, instances, count, numbering):
             chosen = np.minimum(np.asarray(chosen).astype(np.uint32), most - 1)
             material[group.rows].reshape(shape)[...] = table[:, chosen]
     return material, objects
+
+
+def _own_numbers(groups, count):
+    """Number of each triangle in its mesh, (T,)."""
+    numbers = uninitialised(count, np.int32)
+    for group in groups:
+        numbers[group.rows].reshape(-1, len(group.triangles))[...] = np.arange(len(group.triangles))
+    return numbers
 
 
 def _uvs(groups, name, count):

@@ -297,7 +297,7 @@ class PathTrace(Wavefront):
             return None, None
         material = arena.take(scene.geometry.material, surface.prim)
         constants = scene.materials.constants(number, "scatter", material, arena)
-        lobes = program.lobes_over(surface_context(surface, scene.geometry, arena, ray), constants)
+        lobes = self._kept(program.lobes_over(surface_context(surface, scene.geometry, arena, ray), constants), ray)
         shares = mixture.shares(lobes, surface, arena)
         direct = scattered = None
         if light is not None and mixture.is_smooth:
@@ -313,6 +313,10 @@ class PathTrace(Wavefront):
     def _mixture(self, program, ray):
         """What scatters the rays `ray` at the surfaces of `program`."""
         return program.mixture
+
+    def _kept(self, lobes, ray):
+        """The lobes by which `ray` scatters."""
+        return lobes
 
     def _evaluate(self, mixture, lobes, surface, ray, light, arena, shares):
         """What `surface` sends on of the sampled `light` to `ray`, (3, N), and the density of sampling it, (N,)."""

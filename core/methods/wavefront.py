@@ -58,6 +58,7 @@ class Worker:
     rays: dict = field(default_factory=lambda: {"camera": 0, "shadow": 0, "secondary": 0})
     nonfinite: int = 0
     unseen: np.ndarray | None = None  # lanes of the chunk that fall beside a round picture
+    first: object = None  # `Hits` of the chunk where they are known before (`bake`)
     casters: object = None  # what casts the shadows that are asked for now; None is what all lights share
     stop: Event = field(default_factory=Event)
     rows: np.ndarray | None = None  # the chunk's radiance, where it is split into passes

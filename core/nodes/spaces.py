@@ -103,5 +103,5 @@ def footprint(context):
     arena = context.arena
     out = arena.empty(context.count)
     with arena.frame():
-        np.copyto(out, view_of(context).footprint(camera_position(context), arena))
+        np.copyto(out, view_of(context).footprint(camera_position(context), context.surface.prim, arena))
     return out

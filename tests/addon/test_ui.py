@@ -30,6 +30,7 @@ class Layout:
         module, function = name.split(".")
         assert getattr(getattr(bpy.ops, module), function).get_rna_type()
         self._log.append(name)
+        return SimpleNamespace()
 
     def label(self, text="", **_):
         self._log.append(text)

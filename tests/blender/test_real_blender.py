@@ -242,6 +242,20 @@ def test_blenders_own_embree_answers_alike(blender):
     assert str(blender.home) not in facts["numpy"]
 
 
+def test_baking(blender):
+    """The operator's four kinds of numbers, in each Blender's own layout of texels, give the same pictures."""
+    done = blender("-b", "cornell.blend", *blender.script("bake.py", "facts.json"))
+    assert done.returncode == 0, done.stdout
+    assert "Traceback" not in done.stdout
+    facts = json.loads((blender.folder / "facts.json").read_text(encoding="utf-8"))
+    np.testing.assert_allclose(facts["length"], 1, atol=0.01)
+    np.testing.assert_allclose(facts["normal"], 0.5, atol=0.03)
+    assert facts["covered"] > 0.8
+    assert max(facts["color"]) < 1
+    assert 0.05 < facts["light"][0] < 2
+    assert 0.02 < facts["occlusion"][0] < 0.9
+
+
 def test_the_window(blender):
     """The engine is chosen, its panels are drawn, a render shows its passes and is cancelled."""
     folder = blender.folder / "window"
