@@ -71,6 +71,8 @@ class Geometry:
         Hair, where there is some.
     own_number : (T,) int32, optional
         Number of each triangle in its mesh; None where no triangle was left out.
+    probe : Probe, optional
+        Rays for shader nodes (`core.nodes.probe`), where they cast some.
     """
 
     origin: np.ndarray
@@ -91,6 +93,7 @@ class Geometry:
     view: View | None = None
     strands: Strands | None = None
     own_number: np.ndarray | None = None
+    probe: object = None
 
     @classmethod
     def from_arrays(cls, triangles=(), centers=(), radii=(), plane_points=(), plane_normals=(), material=None):

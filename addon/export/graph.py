@@ -78,6 +78,7 @@ class GraphReader:
         self._numbers = {}
         self._constant = []
         self._open = set()
+        self._working_space = versions.to_working_space()
 
     def link(self, socket):
         """What reaches input `socket` of the root tree as a `Link`, None where nothing does."""
@@ -180,7 +181,13 @@ class GraphReader:
         self._write(source.frame, source.node)
         output = _output_name(source.socket)
         output = _node_type(source.node).outputs.get(output, output)
-        return self._converted(description.Link(self._numbers[key], output), source.kinds)
+        link = description.Link(self._numbers[key], output)
+        if self._working_space is not None and _is_rec709(source, self.nodes[link.node].properties):
+            link = description.Link(self._append(self._in_working_space(link)), "color")
+        return self._converted(link, source.kinds)
+
+    def _in_working_space(self, link):
+        return description.Node("to_working_space", {"color": link}, {"working_space": self._working_space})
 
     def _write(self, frame, node):
         """Append `node` after all that it reads."""
@@ -243,6 +250,8 @@ class GraphReader:
 
     def _properties(self, node, node_type):
         properties = dict(node_type.fixed)
+        if node_type.op in ("blackbody", "wavelength") and self._working_space is not None:
+            properties["working_space"] = self._working_space
         if node_type.read is not None:
             properties |= node_type.read(node)
         for theirs, ours in node_type.properties.items():
@@ -289,6 +298,19 @@ class GraphReader:
 def _counts(link):
     """Whether a link carries anything: sockets that a node's mode hides are as good as absent."""
     return not link.is_muted and link.from_socket.enabled and link.to_socket.enabled
+
+
+def _is_rec709(source, properties):
+    """Whether a texture's colour is of Linear Rec.709 whatever the working space is.
+
+    Data is no colour, and the floats that Blender holds are of the working space.
+    """
+    if kind(source.socket) != "color" or _node_type(source.node).op not in ("image", "environment", "sky"):
+        return False
+    image, read = getattr(source.node, "image", None), properties.get("image")
+    if image is None or read is None:
+        return True
+    return not (image.colorspace_settings.is_data or (read.pixels is not None and read.pixels.dtype.kind == "f"))
 
 
 def _node_type(node):

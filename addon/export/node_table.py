@@ -89,8 +89,8 @@ NODES = {
     "ShaderNodeBsdfSheen": NodeType("sheen", properties=_DISTRIBUTION),
     "ShaderNodeBsdfToon": NodeType("toon", properties=_same("component")),
     "ShaderNodeSubsurfaceScattering": NodeType("subsurface"),
-    "ShaderNodeBsdfHair": NodeType("hair"),
-    "ShaderNodeBsdfHairPrincipled": NodeType("hair"),
+    "ShaderNodeBsdfHair": NodeType("hair", properties=_same("component")),
+    "ShaderNodeBsdfHairPrincipled": NodeType("principled_hair", properties=_same("model", "parametrization")),
     "ShaderNodeBsdfRayPortal": NodeType("ray_portal"),
     "ShaderNodeHoldout": NodeType("holdout"),
     "ShaderNodeVolumeAbsorption": NodeType("volume"),
@@ -144,8 +144,8 @@ NODES = {
     "ShaderNodeLayerWeight": NodeType("layer_weight"),
     "ShaderNodeTangent": NodeType("tangent", properties=_same("direction_type", "axis", "uv_map")),
     "ShaderNodeWireframe": NodeType("wireframe", properties=_same("use_pixel_size")),
-    "ShaderNodeBevel": NodeType("bevel"),
-    "ShaderNodeAmbientOcclusion": NodeType("ambient_occlusion"),
+    "ShaderNodeBevel": NodeType("bevel", properties=_same("samples")),
+    "ShaderNodeAmbientOcclusion": NodeType("ambient_occlusion", properties=_same("samples", "inside", "only_local")),
     # Normals
     "ShaderNodeNormalMap": NodeType(
         "normal_map", properties=_same("space", "uv_map", "convention"), fixed=versions.normal_map()

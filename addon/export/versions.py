@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import bpy
+from mathutils import Color
 
 
 def shader_tree(owner):
@@ -110,6 +111,14 @@ def working_space():
     """Name of the space that the file's colours are in; since 5.0 not always Rec.709."""
     spaces = getattr(bpy.data, "colorspace", None)
     return getattr(spaces, "working_space", "Linear Rec.709")
+
+
+def to_working_space():
+    """Matrix from Linear Rec.709 to the working space, 9 floats by rows; None where they are the same."""
+    if working_space() == "Linear Rec.709":
+        return None
+    columns = [Color(unit).from_rec709_linear_to_scene_linear() for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+    return tuple(column[row] for row in range(3) for column in columns)
 
 
 def default_is_principled():

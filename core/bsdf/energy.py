@@ -17,7 +17,6 @@ Source of the compensation: Kulla and Conty, "Revisiting Physically Based Shadin
 from __future__ import annotations
 
 import functools
-import itertools
 import os
 
 import numpy as np
@@ -100,14 +99,4 @@ def _lookup(table, coordinates, arena):
         return table.reshape(-1)
     if len(kept) == 1:
         return lookup.linear(table, kept[0], arena)
-    cells = [lookup.cell(x, size) for x, size in zip(kept, table.shape, strict=True)]
-    strides = [int(np.prod(table.shape[axis + 1 :])) for axis in range(table.ndim)]
-    flat, out = np.ascontiguousarray(table).reshape(-1), None
-    for corner in itertools.product((0, 1), repeat=len(cells)):
-        index, weight = 0, 1.0
-        for (low, t), up, stride in zip(cells, corner, strides, strict=True):
-            index = index + (low + up) * stride
-            weight = weight * (t if up else 1.0 - t)
-        term = flat[index] * weight
-        out = term if out is None else out + term
-    return out
+    return lookup.multilinear(np.ascontiguousarray(table), kept, arena)

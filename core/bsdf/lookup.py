@@ -11,20 +11,47 @@ def bilinear(table, y, x, arena):
 
     A constant `y` leaves a row of each table.
     """
-    rows, columns = table.shape[1:]
-    low, share = cell(y, rows)
+    low, share = cell(y, table.shape[1])
     if low.size == 1:
         row = table[:, low[0]] + (table[:, low[0] + 1] - table[:, low[0]]) * share
         return [linear(values, x, arena) for values in row]
-    column, along = cell(x, columns)
-    corner = low * columns + column
-    found = []
-    for values in table.reshape(len(table), -1):
-        near, far = (
-            values[corner + step] + (values[corner + step + 1] - values[corner + step]) * along for step in (0, columns)
-        )
-        found.append(near + (far - near) * share)
-    return found
+    y = np.broadcast_to(y, x.shape)
+    return [multilinear(values, (y, x), arena) for values in table]
+
+
+def multilinear(table, coordinates, arena):
+    """Multilinear interpolation of `table`, contiguous, at one coordinate (N,) for each of its axes, (N,)."""
+    count, stride = coordinates[0].size, table.size
+    out = arena.empty(count)
+    with arena.frame():
+        first, shares, corners = arena.zeros(count, np.int32), [], [0]
+        for x, size in zip(coordinates, table.shape, strict=True):
+            stride //= size
+            low, share = arena.empty(count, np.int32), arena.empty(count)
+            np.fmax(x, 0.0, out=share)  # NaN counts as 0
+            np.fmin(share, 1.0, out=share)
+            np.multiply(share, float(size - 1), out=share)
+            np.copyto(low, share, casting="unsafe")
+            np.minimum(low, np.int32(size - 2), out=low)
+            np.subtract(share, low, out=share, casting="unsafe", dtype=np.float32)
+            np.multiply(low, np.int32(stride), out=low)
+            np.add(first, low, out=first)
+            shares.append(share)
+            corners = [c + step for c in corners for step in (0, stride)]
+        flat = table.reshape(-1)
+        values = [np.take(flat[c:], first, out=arena.empty(count), mode="clip") for c in corners]
+        for share in reversed(shares):  # the last axis' corners are neighbours in the list
+            pairs = zip(values[::2], values[1::2], strict=True)
+            values = [_between(low, high, share) for low, high in pairs]
+        np.copyto(out, values[0])
+    return out
+
+
+def _between(low, high, share):
+    """Where `share` lies between both, into `high`."""
+    np.subtract(high, low, out=high)
+    np.multiply(high, share, out=high)
+    return np.add(high, low, out=high)
 
 
 def linear(values, x, arena):

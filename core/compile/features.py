@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import enum
 
+_ASK_FOR_RAYS = frozenset(["light_path", "bevel"])
+
 
 class Feature(enum.Flag):
     """A stage that some scenes do without."""
@@ -50,7 +52,7 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.SEVERAL_PROGRAMS: len(programs) > 1,
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
         Feature.FAR_CLIP: camera.has_far,
-        Feature.LIGHT_PATH: lights.environment.by_ray or any("light_path" in p.operations for p in programs),
+        Feature.LIGHT_PATH: lights.environment.by_ray or any(p.operations & _ASK_FOR_RAYS for p in programs),
     }
     found = Feature(0)
     for feature, is_needed in needed.items():

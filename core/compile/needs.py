@@ -6,12 +6,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..nodes import OPERATIONS
+from ..nodes.closure_hair import takes_random
 from ..scene import Link
 
 DEFAULT_COLOR = None  # stands for each mesh's active colour attribute, where an attribute's name is expected
 
 _COORDINATES = {"image": "uv"}  # that a texture takes where nothing is linked, if they are not generated ones
-_OF_OBJECTS = ("object_info", "vector_transform", "displacement", "vector_displacement")
+_OF_OBJECTS = ("object_info", "vector_transform", "displacement", "vector_displacement", "hair", "principled_hair")
 
 
 @dataclass
@@ -99,7 +100,7 @@ def _add(needs, node, outputs):
             needs.uvs.add("")
     if _takes_tangent(node):
         needs.generated = needs.objects = True
-    needs.strand |= node.op == "hair_info"
+    needs.strand |= node.op == "hair_info" or takes_random(node)
     needs.point |= node.op == "point_info" and "random" in outputs
     needs.objects |= node.op in _OF_OBJECTS or (node.op == "image" and properties.get("projection") == "BOX")
 

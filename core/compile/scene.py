@@ -15,6 +15,7 @@ from ..camera import CameraRays, check_camera
 from ..geometry import NORMAL
 from ..interaction import make_interact
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, Context
+from ..nodes.probe import PROBING, Probe
 from ..sampling.sampler import Sampler
 from ..spaces import View
 from .again import asks_for_camera, same_lights, same_shapes
@@ -106,6 +107,8 @@ class CompiledScene:
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
         self.accel = before.accel if shapes_stay else Accel(self.geometry)
+        if any(p.operations & PROBING for p in programs):
+            self.geometry = replace(self.geometry, probe=Probe(self.accel, self._interact))
         self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
         if not self.visibility.is_plain:
             self.needed |= Feature.VISIBILITY

@@ -120,7 +120,7 @@ def split_color(entry, surface, arena):
         return None, None, weight * lobe.albedo(params, n, surface.wo, arena)
     cosine = np.clip(dot(n, surface.wo, arena), 0.0, 1.0)
     reflected, transmitted, _, _ = lobe.split(params, cosine, arena)
-    if "alpha" in params:
+    if "alpha" in params and "eta" in params:  # a fibre has no facets
         eta = params["eta"]
         kept, _ = energy.glass(cosine, facets.mean_alpha(params), np.maximum(eta, 1 / eta), eta < 1, arena)
         weight = weight * kept
@@ -129,7 +129,7 @@ def split_color(entry, surface, arena):
 
 def _reflected(lobe, params, n, wo, arena):
     """Share of light that a lobe of facets reflects: what single scattering keeps, times the facets' reflectance."""
-    if "alpha" not in params or "size" in params:  # mirrors; toon's size is no width of facets
+    if "alpha" not in params or "size" in params or "roughness_u" in params:  # mirrors; toon and hair have no facets
         return lobe.albedo(params, n, wo, arena)
     cosine, alpha = np.clip(dot(n, wo, arena), 0.0, 1.0), facets.mean_alpha(params)
     kept, _ = energy.reflection(cosine, alpha, arena)

@@ -32,6 +32,7 @@ from . import (
     normal,
     normal_map,
     object_info,
+    probe,
     ramp,
     sky,
     texture_mapping,
@@ -42,6 +43,7 @@ from . import (
     wave,
     wavelength,
     white_noise,
+    working_space,
 )
 
 OPERATIONS = {
@@ -78,6 +80,7 @@ OPERATIONS = {
         vector_transform,
         light_falloff,
         wavelength,
+        working_space,
         attribute,
         bump,
         facing,
@@ -85,6 +88,7 @@ OPERATIONS = {
         light_path,
         normal_map,
         object_info,
+        probe,
         sky,
         closure_principled,
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .base import Operation
+from .working_space import matrix_of
 
 # From each of these temperatures on, K, the row of this number plus one holds.
 _STARTS = np.array([965, 1167, 1449, 1902, 3315, 6365], np.float32)
@@ -55,8 +56,11 @@ _COLDEST = (800.0, (5.413294490189271, -0.20319390035873933, -0.0822535242887164
 _HOTTEST = (12000.0, (0.8262954810464208, 0.9945080501520986, 1.566307710274283))
 
 
-def color_of(temperature, out):
-    """Linear Rec.709 of temperatures (N,), K, into `out` (3, N); what is outside the gamut is clipped to 0."""
+def color_of(temperature, out, matrix=None):
+    """Colours of temperatures (N,), K, into `out` (3, N); what is outside the gamut is clipped to 0.
+
+    They are Linear Rec.709, or, by `matrix` (3, 3) from there, of another space.
+    """
     t = np.clip(np.nan_to_num(temperature), _COLDEST[0], _HOTTEST[0])
     row = np.searchsorted(_STARTS, t, side="right")
     for channel, table in zip(out, (_RED, _GREEN), strict=False):
@@ -67,12 +71,14 @@ def color_of(temperature, out):
     for channel, coldest, hottest in zip(out, _COLDEST[1], _HOTTEST[1], strict=True):
         np.copyto(channel, coldest, where=temperature < _COLDEST[0])
         np.copyto(channel, hottest, where=temperature >= _HOTTEST[0])
+    if matrix is not None:
+        np.copyto(out, matrix @ out)
     return np.maximum(out, 0, out=out)
 
 
 def _blackbody(context, inputs, properties):
     t = inputs["temperature"]
-    return {"color": color_of(t, context.arena.empty((3, t.shape[-1])))}
+    return {"color": color_of(t, context.arena.empty((3, t.shape[-1])), matrix_of(properties))}
 
 
 OPERATIONS = {"blackbody": Operation(_blackbody, {"temperature": 6500.0})}

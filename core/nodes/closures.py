@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..bsdf import diffuse, oren_nayar, sheen, toon, translucent, velvet
-from . import closure_principled, closure_specular
+from . import closure_hair, closure_principled, closure_specular
 from .closure import SUBSURFACE, Closure, facing, is_black, is_never
 
 _LEAST_ROUGHNESS = 1e-5  # below it Cycles' rough diffuse is Lambert's
@@ -73,7 +73,6 @@ def _note(sentence):
 
 _NORMAL = {"normal": None}
 _GREY = {"color": (0.8, 0.8, 0.8)}
-_HAIR = _note("hair shaders are not supported; the strands reflect their colour diffusely")
 _VOLUME = _note("a volume shader in the place of a surface's shows nothing")
 
 CLOSURES = {
@@ -84,7 +83,6 @@ CLOSURES = {
         Closure("sheen", _GREY | {"roughness": 0.5} | _NORMAL, _sheen_lobes, _sheen),
         Closure("toon", _GREY | {"size": 0.5, "smooth": 0.0} | _NORMAL, _toon_lobes, _toon),
         Closure("subsurface", _GREY | _NORMAL, _subsurface_lobes, _diffuse, notes=_note(SUBSURFACE)),
-        Closure("hair", _GREY, _subsurface_lobes, _diffuse, notes=_HAIR),
         Closure("transparent", {"color": (1.0, 1.0, 1.0)}, transparency=("color",)),
         Closure(
             "ray_portal",
@@ -96,6 +94,7 @@ CLOSURES = {
         Closure("volume", {}, notes=_VOLUME),
         Closure("background", {"color": (0.8, 0.8, 0.8), "strength": 1.0}, emission=("color", "strength")),
         Closure("emission", {"color": (1.0, 1.0, 1.0), "strength": 1.0}, emission=("color", "strength")),
+        *closure_hair.CLOSURES,
         *closure_specular.CLOSURES,
         *closure_principled.CLOSURES,
     )

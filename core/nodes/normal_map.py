@@ -67,25 +67,6 @@ def _from_space(context, local, strength, space):
     return s.ns + (n - s.ns) * strength
 
 
-def _bevel(context, inputs, properties):
-    return {"normal": inputs.get("normal", spaces.shading_normal(context))}
-
-
-def _ambient_occlusion(context, inputs, properties):
-    return {"color": inputs["color"], "ao": np.ones(1, np.float32)}
-
-
 OPERATIONS = {
     "normal_map": Operation(_normal_map, {"strength": 1.0, "color": (0.5, 0.5, 1.0)}, foldable=False),
-    "bevel": Operation(
-        _bevel,
-        {"radius": 0.05, "normal": None},
-        foldable=False,
-        unsupported={"normal": "the Bevel node is not supported; edges stay sharp"},
-    ),
-    "ambient_occlusion": Operation(
-        _ambient_occlusion,
-        {"color": (1.0, 1.0, 1.0), "distance": 1.0, "normal": None},
-        unsupported=dict.fromkeys(("color", "ao"), "the Ambient Occlusion node is not supported; nothing is occluded"),
-    ),
 }

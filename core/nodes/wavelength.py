@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .base import Operation
+from .working_space import matrix_of
 
 _FIRST, _STEP = 380.0, 5.0
 _MATCH = np.array(
@@ -39,6 +40,12 @@ _SCALE = 1 / 2.52
 _RGB = np.ascontiguousarray((_XYZ_TO_RGB @ _MATCH.T * _SCALE).astype(np.float32))
 
 
+def _table(properties):
+    """Colours of the table in the working space, (3, K): what is outside of that is clipped, not what Rec.709 lacks."""
+    matrix = matrix_of(properties)
+    return _RGB if matrix is None else matrix @ _RGB
+
+
 def _wavelength(context, inputs, properties):
     at = (np.nan_to_num(inputs["wavelength"]) - np.float32(_FIRST)) * np.float32(1 / _STEP)
     last = _RGB.shape[1] - 1
@@ -46,7 +53,7 @@ def _wavelength(context, inputs, properties):
     at = np.clip(at, -1, last)
     index = np.trunc(at).astype(np.int32)
     out = context.arena.empty((3, at.shape[-1]))
-    for channel, row in zip(out, _RGB, strict=True):
+    for channel, row in zip(out, _table(properties), strict=True):
         below = np.take(row, index, mode="clip")
         np.add(below, (np.take(row, index + 1, mode="clip") - below) * (at - index.astype(np.float32)), out=channel)
     np.multiply(out, visible, out=out)

@@ -116,7 +116,8 @@ def _soup(numbers, kind):
         with np.errstate(over="ignore"):
             vertices = vertices * np.float32(numbers.size())
     if not numbers.tame and numbers.chance(0.15):
-        vertices[int(numbers.rng.integers(count)), int(numbers.rng.integers(3))] = numbers.choice(BAD)
+        with np.errstate(over="ignore"):
+            vertices[int(numbers.rng.integers(count)), int(numbers.rng.integers(3))] = numbers.choice(BAD)
     return Mesh(vertices, triangles)
 
 
