@@ -7,7 +7,7 @@ import sys
 
 import bpy
 
-from . import passes
+from . import passes, preload
 from .properties import ENGINE
 from .session import Session
 
@@ -53,6 +53,9 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
 
     def view_update(self, context, depsgraph):
         """Export what Rendered shading shows; called first, and when something changed."""
+        if not preload.is_done():
+            preload.redraw_when_done(self)
+            return
         if self.viewport is None:
             from .viewport.viewport import Viewport  # a Blender without a window has no use for it
 
@@ -61,6 +64,11 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
 
     def view_draw(self, context, depsgraph):
         """Draw Rendered shading."""
+        if self.viewport is None:
+            self.view_update(context, depsgraph)
+        if self.viewport is None:
+            self.update_stats("", "Loading Zraka")
+            return
         self.viewport.draw(context, depsgraph)
 
 
@@ -71,6 +79,7 @@ def register():
 
 def unregister():
     """Remove it, and end what it still does."""
+    preload.finish()
     if worker := sys.modules.get(f"{__package__}.viewport.worker"):
         worker.stop_all()
     bpy.utils.unregister_class(ZrakaRenderEngine)

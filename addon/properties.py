@@ -43,8 +43,15 @@ SAME_NAME = (
 ).split()
 
 
+def _tell(group, _):
+    """Tell Rendered shading of a setting that a script changed; Blender does so for its own buttons only."""
+    if not group.id_data.is_evaluated:
+        group.id_data.update_tag()
+
+
 def _override(name):
-    return BoolProperty(name=f"Override {name}", description=f"Give every material the same {name}", default=False)
+    description = f"Give every material the same {name}"
+    return BoolProperty(name=f"Override {name}", description=description, default=False, update=_tell)
 
 
 class ZrakaSceneSettings(bpy.types.PropertyGroup):
@@ -57,6 +64,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=128,
         min=1,
         soft_max=4096,
+        update=_tell,
     )
     viewport_samples: IntProperty(
         name="Viewport Samples",
@@ -65,6 +73,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=64,
         min=1,
         soft_max=1024,
+        update=_tell,
     )
     viewport_noise_target: FloatProperty(
         name="Viewport Noise Target",
@@ -74,6 +83,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=0.2,
         precision=4,
+        update=_tell,
     )
     depth: IntProperty(
         name="Depth",
@@ -83,6 +93,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         min=1,
         max=65536,
         soft_max=64,
+        update=_tell,
     )
     transparent_depth: IntProperty(
         name="Transparent Depth",
@@ -92,6 +103,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         min=0,
         max=65536,
         soft_max=64,
+        update=_tell,
     )
     bake_type: EnumProperty(
         name="Bake Type",
@@ -104,6 +116,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         description="Number that chooses the noise: the same seed gives the same picture, at no cost",
         default=0,
         min=0,
+        update=_tell,
     )
     time_limit: FloatProperty(
         name="Time Limit",
@@ -113,6 +126,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         soft_max=3600.0,
         step=100,
         precision=1,
+        update=_tell,
     )
     noise_target: FloatProperty(
         name="Noise Target",
@@ -122,12 +136,14 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         min=0.0,
         soft_max=0.2,
         precision=4,
+        update=_tell,
     )
     adaptive: BoolProperty(
         name="Adaptive",
         description="Give pixels that are noisier than others more of the samples, which are then the mean of all. "
         "Lowers the error where much of the picture is smooth; where it is noisy all over, nothing is gained",
         default=False,
+        update=_tell,
     )
     clamp_direct: FloatProperty(
         name="Clamp Direct",
@@ -135,6 +151,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=100.0,
+        update=_tell,
     )
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",
@@ -142,12 +159,14 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         soft_max=100.0,
+        update=_tell,
     )
     pixel_filter: EnumProperty(
         name="Pixel Filter",
         description="How a pixel weighs what is seen in and around it; no filter takes longer than another",
         items=FILTERS,
         default="BLACKMAN_HARRIS",
+        update=_tell,
     )
     filter_width: FloatProperty(
         name="Width",
@@ -155,6 +174,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=1.5,
         min=0.01,
         max=10.0,
+        update=_tell,
     )
     exposure: FloatProperty(
         name="Exposure",
@@ -163,6 +183,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=1.0,
         min=0.0,
         soft_max=10.0,
+        update=_tell,
     )
     tile: IntProperty(
         name="Tile Size",
@@ -173,6 +194,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         max=4096,
         soft_min=8,
         soft_max=512,
+        update=_tell,
     )
     use_error_table: BoolProperty(
         name="Table Beside Frames",
@@ -185,6 +207,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         description="Whether these settings were Cycles' first",
         default=False,
         options={"HIDDEN"},
+        update=_tell,
     )
     use_reflectivity: _override("reflectivity")
     reflectivity: FloatProperty(
@@ -193,6 +216,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         max=1.0,
+        update=_tell,
     )
     use_transparency: _override("transparency")
     transparency: FloatProperty(
@@ -201,6 +225,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=0.0,
         min=0.0,
         max=1.0,
+        update=_tell,
     )
     use_ior: _override("IOR")
     ior: FloatProperty(
@@ -209,6 +234,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=1.5,
         min=1.0,
         soft_max=3.0,
+        update=_tell,
     )
     use_exponent: _override("exponent")
     exponent: FloatProperty(
@@ -217,6 +243,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=50.0,
         min=0.0,
         soft_max=1000.0,
+        update=_tell,
     )
     use_ambient: _override("ambient light")
     ambient: FloatProperty(
@@ -225,6 +252,7 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         default=0.1,
         min=0.0,
         soft_max=1.0,
+        update=_tell,
     )
 
 
@@ -235,8 +263,11 @@ class ZrakaObjectSettings(bpy.types.PropertyGroup):
         name="Zraka Plane",
         description="Render this empty as an infinite plane through its origin, its front along its Z axis",
         default=False,
+        update=_tell,
     )
-    plane_material: PointerProperty(name="Material", description="Material of the plane", type=bpy.types.Material)
+    plane_material: PointerProperty(
+        name="Material", description="Material of the plane", type=bpy.types.Material, update=_tell
+    )
 
 
 def settings_of(scene, **overrides):

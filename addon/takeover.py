@@ -12,6 +12,7 @@ import logging
 import bpy
 from bpy.app.handlers import persistent
 
+from . import preload
 from .properties import ENGINE
 
 log = logging.getLogger(__name__)
@@ -197,6 +198,8 @@ def _look():
     for scene in bpy.data.scenes:
         if scene.render.engine == ENGINE and scene.library is None:
             first_use(scene)
+            if not bpy.app.background:
+                preload.start()
 
 
 @persistent

@@ -100,7 +100,9 @@ class Accel:
         self.strands_missed = geometry.segment_count > 0 and not self._strands_attached
         self._first_numbers = self._numbers_by_attachment(geometry)
         self.native = api is not None
-        # The first ray makes Embree build its tree; that must not happen in a worker.
+        # The tree is built here, not in a worker; embreex would hold all of Python meanwhile, Blender's window too.
+        if api:
+            api.commit()
         self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
 
     def intersect(self, o, d, tmax, arena, clock=None):
@@ -286,6 +288,10 @@ class _Api:
         lib.rtcReleaseGeometry(geometry)
         return accepted
 
+    def commit(self):
+        """Build the tree; other Python threads go on."""
+        self._library.rtcCommitScene(self._scene)
+
     def attach_spheres(self, spheres):
         """Add spheres, rows of centre and radius (S, 4) float32."""
         return self.attach(_SPHERE_POINTS, [(_VERTEX, _FLOAT4, spheres, 16, len(spheres))])
@@ -311,6 +317,7 @@ def _library():
         ("rtcCommitGeometry", None, (pointer,)),
         ("rtcAttachGeometry", number, (pointer, pointer)),
         ("rtcReleaseGeometry", None, (pointer,)),
+        ("rtcCommitScene", None, (pointer,)),
     ):
         function = getattr(library, name, None)
         if function is None:

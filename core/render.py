@@ -26,7 +26,7 @@ from .methods.wavefront import Chunk, Worker
 from .report.forecast import Forecast
 from .shutter import Shutter
 
-_POLL = 0.05  # seconds between two looks at `cancelled`
+_POLL = 0.02  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
 _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _FIRST_LANES = 1 << 18  # of the first pass, at most

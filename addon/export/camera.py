@@ -72,25 +72,29 @@ def export_camera(depsgraph, diagnostics, camera=None, size=None, eye=None):
     transform = _without_scale(np.array(matrix, np.float64))
     return description.Camera(
         transform=transform,
-        window=blender_window(
-            data.lens,
-            data.sensor_width,
-            data.sensor_height,
-            data.sensor_fit,
-            shift_x,
-            data.shift_y,
-            width,
-            height,
-            scene.render.pixel_aspect_x,
-            scene.render.pixel_aspect_y,
-            data.ortho_scale,
-            projection,
-        ),
+        window=camera_window(data, scene.render, projection, (width, height), shift_x),
         projection=projection,
         clip_start=data.clip_start,
         clip_end=data.clip_end,
         lens=_thin_lens(data, projection, transform) if data.dof.use_dof else None,
         panorama=_panorama(data, aspect, diagnostics, place) if projection == "PANORAMIC" else description.Panorama(),
+    )
+
+
+def camera_window(data, render, projection, size, shift_x):
+    """What a frame of `size` pixels spans, as `core.scene.Camera.window`, seen in any `projection`."""
+    return blender_window(
+        data.lens,
+        data.sensor_width,
+        data.sensor_height,
+        data.sensor_fit,
+        shift_x,
+        data.shift_y,
+        *size,
+        render.pixel_aspect_x,
+        render.pixel_aspect_y,
+        data.ortho_scale,
+        projection,
     )
 
 

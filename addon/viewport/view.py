@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
 
-from ...core.camera_description import ThinLens
+from ...core.camera_description import Panorama, ThinLens
 from ...core.diagnostics import Diagnostics
 from ...core.scene import Camera
-from ..export.camera import export_camera
+from ..export.camera import camera_window, export_camera, frame_size
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,7 @@ class View:
     height: int
     border: tuple[int, int, int, int] | None = None
     lens: ThinLens | None = None
+    panorama: Panorama = field(default_factory=Panorama)
 
     @property
     def is_empty(self):
@@ -46,7 +47,8 @@ class View:
         top = bottom + (top - bottom) * height * divider / self.height
         transform = np.array(self.transform, np.float64).reshape(4, 4)
         window = left, right, bottom, top
-        return Camera(transform, window, self.projection, self.clip_start, self.clip_end, lens=self.lens)
+        lens, panorama = self.lens, self.panorama
+        return Camera(transform, window, self.projection, self.clip_start, self.clip_end, lens=lens, panorama=panorama)
 
     def size(self, divider=1):
         """(width, height) in pixels that are `divider` pixels wide."""
@@ -65,7 +67,7 @@ class View:
 def view_of(context, depsgraph):
     """The `View` of the region that is drawn.
 
-    A panoramic camera is seen in perspective, as in Blender's other shadings.
+    A panoramic camera's picture fills the camera's frame, which Blender draws as if it saw in perspective.
     """
     region, space, region_data = context.region, context.space_data, context.region_data
     scene = depsgraph.scene_eval
@@ -76,7 +78,12 @@ def view_of(context, depsgraph):
     window = window_of(projection, perspective)
     clip = camera or space
     near, far = (clip.clip_start, clip.clip_end) if perspective else _depths(projection)
-    if through_camera:
+    panoramic = camera is not None and camera.projection == "PANORAMIC"
+    if panoramic:
+        frame = _drawn_frame(space, scene)
+        border = _in_region(scene.render, frame, window)
+        window = _exchanged(window, frame, camera.window)
+    elif through_camera:
         border = _in_region(scene.render, camera.window, window) if camera and scene.render.use_border else None
     else:
         border = _borders(space, "render_border") if space.use_render_border else None
@@ -84,13 +91,14 @@ def view_of(context, depsgraph):
     return View(
         transform=tuple(view.ravel().tolist()),
         window=window,
-        projection="PERSPECTIVE" if perspective else "ORTHOGRAPHIC",
+        projection="PANORAMIC" if panoramic else "PERSPECTIVE" if perspective else "ORTHOGRAPHIC",
         clip_start=near,
         clip_end=far,
         width=region.width,
         height=region.height,
         border=None if border is None else _pixels(border, region.width, region.height),
-        lens=camera.lens if camera and camera.projection != "PANORAMIC" else None,
+        lens=camera.lens if camera else None,
+        panorama=camera.panorama if panoramic else Panorama(),
     )
 
 
@@ -117,15 +125,32 @@ def _camera_of(space, depsgraph):
     return export_camera(depsgraph, Diagnostics(), camera=obj)
 
 
+def _drawn_frame(space, scene):
+    """Edges of the frame that Blender draws for the panoramic camera that is looked through."""
+    data = (space.camera if space.use_local_camera else scene.camera).data
+    return camera_window(data, scene.render, "PERSPECTIVE", frame_size(scene), data.shift_x)
+
+
+def _exchanged(window, frame, other):
+    """What a region spans where its part `frame` spans `other`; all are (left, right, bottom, top)."""
+    window, frame, other = (np.reshape(edges, (2, 2)) for edges in (window, frame, other))
+    share = (window - frame[:, :1]) / np.diff(frame)
+    return tuple((other[:, :1] + share * np.diff(other)).ravel().tolist())
+
+
 def _borders(owner, name):
     """(x0, y0, x1, y1) of a border in Blender, parts of what it belongs to."""
     return np.array([getattr(owner, f"{name}_{end}_{axis}") for end in ("min", "max") for axis in "xy"])
 
 
 def _in_region(render, frame, window):
-    """The camera's border as parts of the region, where `frame` and `window` are what the camera and the region see."""
+    """The camera's border, or else its frame, as parts of the region.
+
+    `frame` and `window` are what the camera and the region see.
+    """
     left, right, bottom, top = frame
-    edges = (left, bottom, left, bottom) + _borders(render, "border") * np.tile((right - left, top - bottom), 2)
+    border = _borders(render, "border") if render.use_border else np.array((0, 0, 1, 1))
+    edges = (left, bottom, left, bottom) + border * np.tile((right - left, top - bottom), 2)
     left, right, bottom, top = window
     return (edges - (left, bottom, left, bottom)) / np.tile((right - left, top - bottom), 2)
 

@@ -31,6 +31,9 @@ LARGEST_PIXEL = 16
 ENOUGH_LANES = 1 << 15
 """Lanes of a pass whose time says what a lane costs; of fewer, it says what a pass costs."""
 
+MANY_TRIANGLES = 1 << 21
+"""Of a scene; the tables of two that are larger do not stand side by side, though one may serve the other."""
+
 _live = weakref.WeakSet()
 
 
@@ -159,13 +162,17 @@ class Worker:
 
     def _compile(self, job):
         from ...core.compile import compile_scene
+        from ...core.compile.again import exchanged
 
         if self._scene is not job.scene:
             if self._compiled is None:
                 self.text = "Compiling"
-            self._compiled = None  # not two of them at a time
+            before, self._compiled = self._compiled, None
+            if before is not None and before.geometry.triangle_count > MANY_TRIANGLES:
+                if exchanged(before.described, job.scene, ()) is None:
+                    before = None  # not two large ones at a time
             settings = replace(job.settings, **job.view.frame())
-            self._compiled = compile_scene(job.scene, settings, job.diagnostics)
+            self._compiled = compile_scene(job.scene, settings, job.diagnostics, before=before)
             self._scene = job.scene
         return self._compiled
 

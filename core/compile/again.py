@@ -7,7 +7,8 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 
-from ..scene import Link, Material, Mesh
+from ..scene import Instance, Link, Material, Mesh
+from .geometry import DEFAULT
 
 _ASK_FOR_CAMERA = frozenset(["camera_data", "light_path", "vector_transform", "bump", "displacement"])
 _CAMERA_OUTPUTS = frozenset(["camera", "window"])
@@ -16,6 +17,36 @@ _CAMERA_OUTPUTS = frozenset(["camera", "window"])
 def same_shapes(one, other):
     """Whether two `core.scene.Scene`s have the same things to hit, of the same materials, in the same places."""
     return all(_same(getattr(one, name), getattr(other, name)) for name in ("instances", "spheres", "curves", "planes"))
+
+
+def exchanged(one, other, materials):
+    """`materials` of one `core.scene.Scene` as they are in another of the same things in the same places.
+
+    Parameters
+    ----------
+    one, other : Scene
+    materials : sequence of Material
+        Some of those of `one`, or the default.
+
+    Returns
+    -------
+    tuple of Material or None
+        None where the scenes differ by more than that each material has become another one.
+    """
+    if not all(
+        _same(getattr(one, name), getattr(other, name), but=("material", "materials"))
+        for name in ("instances", "spheres", "curves", "planes")
+    ):
+        return None
+    new, old = {}, {}
+    for a, b in zip(one.objects, other.objects, strict=True):
+        before, after = _slots(a), _slots(b)
+        if len(before) != len(after):
+            return None
+        for m, n in zip(before, after, strict=True):
+            if new.setdefault(m, n) is not n or old.setdefault(n, m) is not m:
+                return None
+    return tuple(new[m] for m in materials)
 
 
 def same_lights(one, other):
@@ -39,8 +70,17 @@ def asks_for_camera(described):
     )
 
 
-def _same(a, b):
-    """Equality of descriptions; meshes and materials, which are shared, are the same only as the same object."""
+def _slots(thing):
+    """Materials of what can be hit."""
+    materials = thing.materials if isinstance(thing, Instance) else (thing.material,)
+    return [DEFAULT if m is None else m for m in materials or (None,)]
+
+
+def _same(a, b, but=()):
+    """Equality of descriptions; meshes and materials, which are shared, are the same only as the same object.
+
+    Fields of the names `but` are not compared.
+    """
     if a is b:
         return True
     if isinstance(a, Mesh | Material) or type(a) is not type(b):
@@ -48,7 +88,7 @@ def _same(a, b):
     if isinstance(a, np.ndarray):
         return np.array_equal(a, b)
     if isinstance(a, tuple | list):
-        return len(a) == len(b) and all(map(_same, a, b))
+        return len(a) == len(b) and all(_same(x, y, but) for x, y in zip(a, b, strict=True))
     if is_dataclass(a):
-        return all(_same(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
+        return all(_same(getattr(a, f.name), getattr(b, f.name), but) for f in fields(a) if f.name not in but)
     return a == b

@@ -123,7 +123,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     )
 
 
-_DEFAULT = Material.diffuse(name="default")
+DEFAULT = Material.diffuse(name="default")
 
 
 class _Materials:
@@ -137,7 +137,7 @@ class _Materials:
         key = id(material)
         if key not in self._number:
             self._number[key] = len(self.materials)
-            self.materials.append(_DEFAULT if material is None else material)
+            self.materials.append(DEFAULT if material is None else material)
         return self._number[key]
 
     def slots(self, materials):

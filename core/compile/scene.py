@@ -18,12 +18,13 @@ from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, Context
 from ..nodes.probe import PROBING, Probe
 from ..sampling.sampler import Sampler
 from ..spaces import View
-from .again import asks_for_camera, same_lights, same_shapes
+from .again import asks_for_camera, exchanged, same_lights, same_shapes
 from .features import Feature, features_of, names
 from .geometry import compile_geometry
 from .lights import compile_lights
 from .materials import compile_materials
 from .needs import needs_of
+from .objects import compile_objects
 from .visibility import SceneVisibility
 
 _MEAN_POINTS = 4096  # points at which a textured emitter's mean radiance is estimated
@@ -69,8 +70,12 @@ class CompiledScene:
         needs = needs_of(_materials_of(scene))
         if self._shows_uv:
             needs.uvs.add("")
+        self._needs = needs
         shapes_stay = before is not None and before._shows_uv == self._shows_uv and same_shapes(before.described, scene)
-        geometry = before.geometry if shapes_stay else compile_geometry(scene, needs.uvs, diagnostics, needs)
+        geometry = before.geometry if shapes_stay else self._with_new_materials(before)
+        forms_stay = geometry is not None
+        if not forms_stay:
+            geometry = compile_geometry(scene, needs.uvs, diagnostics, needs)
         view = View(scene.camera, settings.width, settings.height, geometry.origin)
         self.geometry = replace(geometry, view=view)
         materials_stay = before is not None and _are(before.geometry.materials, geometry.materials)
@@ -106,7 +111,7 @@ class CompiledScene:
         numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
-        self.accel = before.accel if shapes_stay else Accel(self.geometry)
+        self.accel = before.accel if forms_stay else Accel(self.geometry)
         if any(p.operations & PROBING for p in programs):
             self.geometry = replace(self.geometry, probe=Probe(self.accel, self._interact))
         self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
@@ -123,6 +128,17 @@ class CompiledScene:
         cuts = settings.transparent_film and settings.method == "pathtrace"
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
+
+    def _with_new_materials(self, before):
+        """The geometry of `before` where only materials changed, and not what they read; else None."""
+        if before is None or self._needs != before._needs:
+            return None
+        scene, geometry = self.described, before.geometry
+        materials = exchanged(before.described, scene, geometry.materials)
+        if materials is None:
+            return None
+        objects = compile_objects(scene, geometry.origin, materials) if self._needs.objects else None
+        return replace(geometry, materials=materials, objects=objects)
 
     def _compile_lights(self, textured, emission_of, before):
         emission = [(self._mean_emission(m), self.emission_at) if t else emission_of[m] for m, t in enumerate(textured)]

@@ -9,8 +9,11 @@ García Liñán, "Spectral sky rendering", 2024 (the model, its fits, the wavele
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
+
+from .sky_azimuths import few_azimuths
 
 EARTH, THICKNESS = 6371.0, 100.0  # km
 TOP = EARTH + THICKNESS
@@ -47,8 +50,7 @@ class MultipleScattering:
         self._up, self._along = math.sin(elevation), math.cos(elevation)
         self._altitude = min(max(altitude, 1.0), HIGHEST) * 1e-3
         self._densities = air, aerosol, ozone
-        cosine, share = np.linspace(-1.0, 1.0, _COSINES), np.linspace(0.0, 1.0, _HEIGHTS)
-        self._table = self._transmittance(cosine, share[:, None] * THICKNESS).astype(np.float32)
+        self._table = _transmittances(self._densities)
 
     def sky(self, elevation, azimuth):
         """Colour XYZ (3, N) at one `elevation` and at `azimuth` (N,) from the sun, rad."""
@@ -56,51 +58,67 @@ class MultipleScattering:
         step = _length(start, up) / _STEPS
         t = (np.arange(_STEPS) + 0.5) * step
         height = np.maximum(_height(start, up, t), 0.0)
-        towards = up * self._up + math.cos(elevation) * self._along * np.cos(azimuth)  # cosine to the sun
+        some, spread = few_azimuths(azimuth) if self._up >= 0.0 else (azimuth, np.asarray)
+        towards = self._towards_sun(elevation, some)
         zenith = (start * self._up + t[:, None] * towards) / (EARTH + height)[:, None]
-        air, aerosol, extinction = self._coefficients(height)
+        air, aerosol, extinction = _coefficients(self._densities, height)
         # Light that is scattered evenly along a step, dimmed on the way out of it and then to the viewer.
         opacity = -np.expm1(-step * extinction)
         before = np.exp(-step * (np.cumsum(extinction, axis=0) - extinction))
         seen = _SUN * before * opacity / np.maximum(extinction, 1e-7)
         rows, (column, share) = self._rows(height), _columns(zenith)
         sun = _between(rows[np.arange(_STEPS)[:, None], _PAIR[:, None, None] + column], share)
-        light = _rayleigh(towards)[:, None] * _summed(seen * air, sun)
-        light += _henyey_greenstein(towards)[:, None] * _summed(seen * aerosol, sun)
         ground = _between(self._table[0][_PAIR[:, None, None] + column], share)
         ground *= (self._table[0, -1] / np.maximum(rows[:, -1], _DARKEST))[:, None]  # dimmed on the way up
-        return _XYZ @ (light + _summed(seen * (air + aerosol), _further(height, zenith, ground))).T
+        towards = self._towards_sun(elevation, azimuth)
+        light = _rayleigh(towards)[:, None] * spread(_summed(seen * air, sun))
+        light += _henyey_greenstein(towards)[:, None] * spread(_summed(seen * aerosol, sun))
+        light += spread(_summed(seen * (air + aerosol), _further(height, zenith, ground)))
+        return _XYZ @ light.T
+
+    def _towards_sun(self, elevation, azimuth):
+        """Cosine of the angle to the sun."""
+        return math.sin(elevation) * self._up + math.cos(elevation) * self._along * np.cos(azimuth)
 
     def sun(self, elevation):
         """Irradiance XYZ (3,) on a surface that faces the sun, seen at `elevation`."""
-        return _XYZ @ (_SUN * self._transmittance(np.float64(math.sin(elevation)), self._altitude))
-
-    def _coefficients(self, height):
-        """Scattering by air and by aerosols and all extinction, (..., 4) each, at `height`, km."""
-        air, aerosol, ozone = self._densities
-        height = np.asarray(height, np.float64)[..., None]
-        air_scattering = air * _AIR * np.exp(-0.07771971 * height**1.16364243)
-        density = aerosol * (_AEROSOL_DENSITY * np.exp(-height / _AEROSOL_HEIGHT) + _AEROSOL_BACKGROUND)
-        log = np.log(np.maximum(height, 1e-4))
-        absorption = ozone * _OZONE * 3.78547397e20 * np.exp(-((log - 3.22261) ** 2) * 5.55555555 - log)
-        scattering = density * _AEROSOL
-        return air_scattering, scattering, air_scattering + scattering + absorption + density * _AEROSOL_ABSORPTION
-
-    def _transmittance(self, cosine, height):
-        """From `height` to space in the direction of a zenith's `cosine`, (..., 4); the ground is no obstacle."""
-        radius = EARTH + height
-        step = (-radius * cosine + np.sqrt((radius * cosine) ** 2 - radius**2 + TOP**2)) / _STEPS
-        depth = 0.0
-        for k in range(_STEPS):
-            extinction = self._coefficients(np.maximum(_height(radius, cosine, (k + 0.5) * step), 0.0))[2]
-            depth = depth + extinction * step[..., None]
-        return np.exp(-depth)
+        return _XYZ @ (_SUN * _transmittance(self._densities, np.float64(math.sin(elevation)), self._altitude))
 
     def _rows(self, height):
         """Transmittances to space at `height` (S,), (S, _COSINES, 4), linearly between the table's."""
         y = np.clip(height / THICKNESS, 0.0, 1.0) * (_HEIGHTS - 1)
         low = np.minimum(y.astype(int), _HEIGHTS - 2)
         return _between(self._table[_PAIR[:, None] + low], (y - low)[:, None, None].astype(np.float32))
+
+
+def _coefficients(densities, height):
+    """Scattering by air and by aerosols and all extinction, (..., 4) each, at `height`, km."""
+    air, aerosol, ozone = densities
+    height = np.asarray(height, np.float64)[..., None]
+    air_scattering = air * _AIR * np.exp(-0.07771971 * height**1.16364243)
+    density = aerosol * (_AEROSOL_DENSITY * np.exp(-height / _AEROSOL_HEIGHT) + _AEROSOL_BACKGROUND)
+    log = np.log(np.maximum(height, 1e-4))
+    absorption = ozone * _OZONE * 3.78547397e20 * np.exp(-((log - 3.22261) ** 2) * 5.55555555 - log)
+    scattering = density * _AEROSOL
+    return air_scattering, scattering, air_scattering + scattering + absorption + density * _AEROSOL_ABSORPTION
+
+
+def _transmittance(densities, cosine, height):
+    """From `height` to space in the direction of a zenith's `cosine`, (..., 4); the ground is no obstacle."""
+    radius = EARTH + height
+    step = (-radius * cosine + np.sqrt((radius * cosine) ** 2 - radius**2 + TOP**2)) / _STEPS
+    depth = 0.0
+    for k in range(_STEPS):
+        extinction = _coefficients(densities, np.maximum(_height(radius, cosine, (k + 0.5) * step), 0.0))[2]
+        depth = depth + extinction * step[..., None]
+    return np.exp(-depth)
+
+
+@lru_cache(maxsize=4)
+def _transmittances(densities):
+    """Table (_HEIGHTS, _COSINES, 4) of transmittances to space; wherever the sun stands, it is the same."""
+    cosine, share = np.linspace(-1.0, 1.0, _COSINES), np.linspace(0.0, 1.0, _HEIGHTS)
+    return _transmittance(densities, cosine, share[:, None] * THICKNESS).astype(np.float32)
 
 
 def _further(height, cosine, ground):

@@ -12,6 +12,8 @@ import math
 
 import numpy as np
 
+from .sky_azimuths import few_azimuths
+
 EARTH, TOP = 6360e3, 6420e3  # radii, m
 HIGHEST = 59999.0  # m; above is space
 
@@ -89,16 +91,23 @@ class SingleScattering:
         t = (np.arange(_STEPS) + 0.5) * step
         density = self._densities[:, None] * _density(_height(start, up * start, t))
         depth = np.cumsum(density, axis=1) * step
-        towards = up * self._up + math.cos(elevation) * self._along * np.cos(azimuth)  # cosine to the sun
+        # A sun below the horizon lets the Earth cast a shadow, with an edge that no short series has.
+        some, spread = few_azimuths(azimuth) if self._up >= 0.0 else (azimuth, np.asarray)
+        towards = self._towards_sun(elevation, some)
         lit, to_sun = self._depth_to_sun(start, up, t[:, None], towards)
         extinction = (-depth[..., None] - to_sun).astype(np.float32).transpose(1, 2, 0) @ _extinctions()
         np.exp(extinction, out=extinction)
-        spectrum = np.zeros((towards.size, _SUN.size))
+        spectrum = np.zeros((azimuth.size, _SUN.size))
+        cosine = self._towards_sun(elevation, azimuth)
         for scattering, share in zip((_AIR, np.full(_SUN.size, _AEROSOL)), density[:2], strict=True):
             through = np.einsum("sn,snw->nw", lit * (share[:, None] * step).astype(np.float32), extinction)
-            phase = _rayleigh(towards) if scattering is _AIR else _cornette_shanks(towards)
-            spectrum += phase[:, None] * scattering * through
+            phase = _rayleigh(cosine) if scattering is _AIR else _cornette_shanks(cosine)
+            spectrum += phase[:, None] * scattering * spread(through)
         return _xyz(spectrum * _SUN)
+
+    def _towards_sun(self, elevation, azimuth):
+        """Cosine of the angle to the sun."""
+        return math.sin(elevation) * self._up + math.cos(elevation) * self._along * np.cos(azimuth)
 
     def sun(self, elevation):
         """Irradiance XYZ (3,) on a surface that faces the sun, seen at `elevation`; ozone does not dim it."""

@@ -317,3 +317,24 @@ def test_rendered_shading(blender):
     # The wall clock tells here of OpenGL by software; the first time, modules are read.
     busy = [seconds for name in ("update", "draw") for _, seconds in log[name][1:]]
     assert np.percentile(busy, 99) < 0.05
+
+
+@pytest.mark.slow
+def test_random_edits(blender):
+    """Five hundred of them, with undo and redo, under Rendered shading: no crash, no leak, the right picture."""
+    folder = blender.folder / "edits"
+    folder.mkdir()
+    script = blender.script("edits.py", folder, 500)
+    done = blender("--window-geometry", 0, 0, 1164, 655, "cornell.blend", *script, gui=True, timeout=1200)
+    assert done.returncode == 0, done.stdout
+    assert "Traceback" not in done.stdout
+    log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
+    assert log["began"]
+    assert log["mean"] > 0.01
+    assert log["different"] < 0.001  # from a fresh start's picture, sample by sample
+    early, late = log["megabytes"]
+    assert late - early < 50
+    assert log["threads"] == 1
+    busy = [seconds for name in ("update", "draw") for _, seconds in log[name]]
+    assert np.percentile(busy, 99) < 0.05
+    assert np.median(log["cancel"]) < 0.5  # of wall clock, which tells of everything else that runs here

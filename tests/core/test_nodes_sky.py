@@ -243,3 +243,16 @@ def test_what_is_no_direction_stays_in_its_lane(kind):
     good, bad = shown(d, sky_type=kind), d.copy()
     bad[:, :3] = [[np.nan, np.inf, 0.0]] * 3
     np.testing.assert_array_equal(shown(bad, sky_type=kind)[:, 3:], good[:, 3:])
+
+
+@pytest.mark.parametrize("altitude", [100.0, 20000.0])
+@pytest.mark.parametrize("model", [MultipleScattering, SingleScattering])
+def test_a_series_of_azimuths_is_the_sky_itself(model, altitude):
+    """Many azimuths at once, which are summed from a few, against each by itself."""
+    azimuth = np.linspace(-math.pi, 0.0, 70)
+    for sun in (0.0, 0.02, 0.5, 1.5):
+        sky_of = model(sun, altitude, 1.0, 2.0, 1.0)
+        for elevation in (0.0, 0.01, 0.4, 1.4):
+            together = sky_of.sky(elevation, azimuth)
+            apart = np.concatenate([sky_of.sky(elevation, part) for part in np.split(azimuth, 7)], axis=1)
+            np.testing.assert_allclose(together, apart, atol=5e-4 * apart.max())

@@ -176,12 +176,19 @@ def test_cameras_between_go_on_evenly():
 SKY = World.textured(Image("sky", np.linspace(0, 1, 96, dtype=np.float32).reshape(4, 8, 3)))
 ROOM = bar_at(0.0, lights=(PointLight((0, 0, 1), (5.0, 5.0, 5.0)),), world=SKY)
 ROOM = replace(ROOM, instances=(*ROOM.instances, FLOOR))
+CHECKED = Material(
+    "checked",
+    nodes=(Node("checker", {"scale": 3.0}), Node("emission", {"color": Link(0, "color"), "strength": 1.0})),
+    surface=1,
+)
 LAMP = replace(ROOM, lights=(PointLight((0.5, 0, 1), (5.0, 5.0, 5.0)),))
 CHANGED = {
     "camera": replace(ROOM, camera=bar_at(0, camera=0.3).camera),
     "lamp": LAMP,
     "object": replace(ROOM, instances=(Instance(BAR, moved(0.5, 0, 0), (GLOW,)), FLOOR)),
     "material": replace(ROOM, instances=(Instance(BAR, moved(0, 0, 0), (Material.emission((1, 0, 0)),)), FLOOR)),
+    "shared": replace(ROOM, instances=(replace(ROOM.instances[0], materials=FLOOR.materials), FLOOR)),
+    "coordinates": replace(ROOM, instances=(Instance(BAR, moved(0, 0, 0), (CHECKED,)), FLOOR)),
     "world": replace(ROOM, world=World((1.0, 0.0, 0.0))),
     "fewer": replace(ROOM, instances=ROOM.instances[:1]),
 }
@@ -189,7 +196,9 @@ SHARED = {
     "camera": {"accel", "lights", "materials"},
     "lamp": {"accel", "materials"},
     "object": {"materials"},
-    "material": set(),
+    "material": {"accel"},
+    "shared": set(),
+    "coordinates": set(),
     "world": {"accel", "materials"},
     "fewer": set(),
 }

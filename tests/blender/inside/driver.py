@@ -40,6 +40,34 @@ def shot(name):
     subprocess.run(["import", "-window", "root", "-depth", "8", FOLDER / f"{name}.png"], check=True)
 
 
+class View:
+    """The 3D viewport; looked up each time, as Blender's screen does not outlive a file."""
+
+    @property
+    def area(self):
+        screen = bpy.context.window_manager.windows[0].screen
+        return next(area for area in screen.areas if area.type == "VIEW_3D")
+
+    @property
+    def space(self):
+        return self.area.spaces.active
+
+    @property
+    def region(self):
+        return next(region for region in self.area.regions if region.type == "WINDOW")
+
+    def override(self):
+        window = bpy.context.window_manager.windows[0]
+        return bpy.context.temp_override(window=window, area=self.area, region=self.region)
+
+    def bare(self):
+        """Nothing but the picture."""
+        space = self.space
+        space.overlay.show_overlays = space.show_gizmo = False
+        space.show_region_header = space.show_region_tool_header = False
+        space.show_region_toolbar = space.show_region_ui = False
+
+
 class Driver:
     """Takes one step after another; a step yields seconds to wait, or a function that is true when the wait is over.
 

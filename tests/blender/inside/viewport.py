@@ -17,7 +17,7 @@ import bpy
 from mathutils import Matrix, Quaternion
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import FOLDER, Driver, shot
+from driver import FOLDER, Driver, View, shot
 
 module = importlib.import_module("bl_ext.user_default.zraka.addon.viewport.viewport")
 METHODS = ("PHONG", "RAYCAST", "RAYTRACE", "PATHTRACE")
@@ -91,34 +91,6 @@ def first_picture(name):
 
 
 # -- what is done ------------------------------------------------------------------------------------------------------
-
-
-class View:
-    """The 3D viewport; looked up each time, as Blender's screen does not outlive a file."""
-
-    @property
-    def area(self):
-        screen = bpy.context.window_manager.windows[0].screen
-        return next(area for area in screen.areas if area.type == "VIEW_3D")
-
-    @property
-    def space(self):
-        return self.area.spaces.active
-
-    @property
-    def region(self):
-        return next(region for region in self.area.regions if region.type == "WINDOW")
-
-    def override(self):
-        window = bpy.context.window_manager.windows[0]
-        return bpy.context.temp_override(window=window, area=self.area, region=self.region)
-
-    def bare(self):
-        """Nothing but the picture."""
-        space = self.space
-        space.overlay.show_overlays = space.show_gizmo = False
-        space.show_region_header = space.show_region_tool_header = False
-        space.show_region_toolbar = space.show_region_ui = False
 
 
 view = View()
