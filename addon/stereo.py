@@ -28,6 +28,5 @@ def view_camera(engine, depsgraph, name, diagnostics):
     if engine.use_spherical_stereo(camera):
         diagnostics.warn("spherical stereo is not rendered; each eye sees from one point", f"camera '{camera.name}'")
     eye = engine.camera_model_matrix(camera), engine.camera_shift_x(camera)
-    # What there is to say of the camera is said when the scene is exported.
     # What else there is to say of the camera was said when the scene was exported.
     return export_camera(depsgraph, Diagnostics(), camera=camera, eye=eye)

@@ -123,6 +123,8 @@ class CompiledScene:
             diagnostics.warn("this Blender's Embree does not show spheres of large point clouds from inside")
         if self.visibility.holdout_prim is not None and settings.method != "pathtrace":
             diagnostics.warn("objects that are holdouts are rendered as any other by this method")
+        if settings.method in ("phong", "raycast") and self.transparent_prim.any():
+            diagnostics.warn("transparent surfaces hide what is behind them by this method; ray tracing shows it")
         if self.accel.strands_missed:
             diagnostics.warn("hair and curves are not rendered: Embree's curves cannot be reached here")
         cuts = settings.transparent_film and settings.method == "pathtrace"

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scenes of every kind of geometry, each seen by Zraka and by Cycles through the pixels' centres, without noise.
 
-``python -m zraka.tests.addon.geometry_cases`` writes the table of geometry in docs/coverage.md.
+`coverage.py` writes them into docs/coverage.md.
 """
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -149,30 +147,3 @@ def measure(scene, case):
         messages += seen.messages
     layer.material_override = None
     return least, most, messages
-
-
-def row(case, scene):
-    """The row of a case in the table."""
-    share, most, _ = measure(scene, case)
-    pixels = f"{100 * share:.1f}% of pixels" if share < 1 else "all pixels"
-    return f"| {case.item} | yes | {pixels} within {max(most, 1e-6):.0e} | {case.note} |"
-
-
-def main():
-    """Write the rows into docs/coverage.md, between the lines that mark their place."""
-    import zraka
-
-    zraka.register()
-    path, rows = Path(__file__).resolve().parents[2] / "docs" / "coverage.md", []
-    for case in CASES:
-        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-        rows.append(row(case, bpy.context.scene))
-        print(rows[-1], file=sys.stderr)
-    begin, end = "<!-- geometry -->\n", "<!-- /geometry -->"
-    text = path.read_text(encoding="utf-8")
-    before, rest = text.split(begin)
-    path.write_text(before + begin + "\n".join(rows) + "\n" + end + rest.split(end)[1], encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main()
