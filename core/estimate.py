@@ -32,6 +32,7 @@ _LEAST_RATIO = 0.1
 _UNSEEN_SQUARE = 0.21  # of r, before three doublings were seen
 _SPREADING = 0.3, 0.4  # what the square of r is above where fireflies still come to new pixels
 _REACH = 2  # pixels to each side that tell how bright a noisy one is
+_LEAST_SQUARE = 1e-200  # of a brightness: below float32's, and its inverse times any variance is finite
 
 
 def ratio_of(last, before, oldest=None):
@@ -95,7 +96,7 @@ def noisy_weights(parts):
     """
     tiny = np.finfo(np.float64).tiny
     square = np.concatenate([_squares(picture, noise, tiny).reshape(-1) for picture, noise in parts])
-    return 1 / np.maximum(square + FLOOR**2 * float(square.mean(dtype=np.float64)), tiny)
+    return 1 / np.maximum(square + FLOOR**2 * float(square.mean(dtype=np.float64)), _LEAST_SQUARE)
 
 
 def _squares(picture, noise, tiny):

@@ -16,9 +16,12 @@ from .geometry import INDEX_PADDING
 
 
 class PartialAccel:
-    """Answers rays as `Accel` does, against the primitives `kept` (P,) bool of a geometry, numbered as in the whole."""
+    """Answers rays as `Accel` does, against the primitives `kept` (P,) bool of a geometry, numbered as in the whole.
 
-    def __init__(self, geometry, kept):
+    `native` is as for `Accel`.
+    """
+
+    def __init__(self, geometry, kept, native=True):
         ends = np.cumsum([geometry.triangle_count, geometry.sphere_count, geometry.segment_count])
         triangles, spheres, segments, planes = np.split(kept, ends)
         index = geometry.index[triangles]
@@ -33,7 +36,8 @@ class PartialAccel:
             plane_normals=np.ascontiguousarray(geometry.plane_normals[:, planes]),
             material=geometry.material[kept],
         )
-        self._accel = Accel(part)
+        self._accel = Accel(part, native)
+        self.native = self._accel.native
         self._numbers = np.append(np.flatnonzero(kept), -1).astype(np.int32)  # the last stands for a miss
 
     def intersect(self, o, d, tmax, arena, clock=None):

@@ -18,7 +18,7 @@ from .needs import Needs
 from .objects import compile_objects
 from .placing import boxes, check_length, corner_index, place, share_of_most, turn
 from .round_tables import append_rows
-from .strands import place_curves, write_segments
+from .strands import SLIMMEST, place_curves, write_segments
 from .triangles import write_triangles
 
 # Things smaller than this share of the scene lose digits that count where they are far from the tables' zero.
@@ -237,11 +237,14 @@ def _hair(scene, placed, origin, numbering, names, diagnostics):
     with np.errstate(invalid="ignore", over="ignore"):
         segments = write_segments(placed, origin)
     first = len(scene.instances) + len(scene.spheres)
-    if segments is None:
-        return None, *_owners((), (), first, numbering)
     if segments.lost.size:
         message = "pieces of strands without radius or with coordinates that are not finite were left out"
         _tell_dropped(message, first + segments.lost, names, diagnostics)
+    if segments.strands is None:
+        return None, *_owners((), (), first, numbering)
+    if segments.slim.size:
+        message = f"pieces of strands over {SLIMMEST:,.0f} radii long are not met exactly; add points to them"
+        _tell_dropped(message, first + segments.slim, names, diagnostics)
     material = np.array([numbering.number(c.material) for c in scene.curves], np.int32)
     return segments, material[segments.owner], (first + segments.owner).astype(np.int32)
 

@@ -108,11 +108,14 @@ def _random(count):
 def intercepts(points, counts):
     """Share of its strand's length at which each point stands (N,), and the lengths of the strands (S,).
 
-    The length is that of straight lines from point to point. Points of a strand without length stand at 0.
+    The length is that of straight lines from point to point. Points of a strand without length stand at 0; steps from
+    or to points that are not finite have none.
     """
     points, counts = np.asarray(points, np.float64), np.asarray(counts)
     steps = np.zeros(len(points))
-    steps[1:] = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps[1:] = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    steps[~np.isfinite(steps)] = 0
     first = (np.cumsum(counts) - counts)[counts > 0]
     steps[first] = 0
     run = np.cumsum(steps)
@@ -141,7 +144,8 @@ def _generated(curves):
     """That of its root for each strand."""
     points, counts = np.asarray(curves.points, np.float64), np.asarray(curves.counts)
     if curves.texture_space is None:
-        low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+        finite = points[np.isfinite(points).all(axis=1)]
+        low, high = (finite.min(axis=0), finite.max(axis=0)) if len(finite) else np.zeros((2, 3))
         location, size = (low + high) / 2, (high - low) / 2
     else:
         location, size = (np.asarray(x, np.float64) for x in (curves.texture_space.location, curves.texture_space.size))

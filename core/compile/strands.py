@@ -10,14 +10,18 @@ import numpy as np
 from ..diagnostics import SceneError
 from ..strands import INDEX_PADDING, Strands
 
+SLIMMEST = 2000.0
+"""Length of a segment, in its radii, from which on round curves lose rays: 0.1% at 1,000, 4% to 8% at 10,000."""
+
 
 class Segments(NamedTuple):
     """C segments of all the strands of a scene."""
 
-    strands: Strands
+    strands: Strands | None
     owner: np.ndarray  # (C,) number of the Curves
     start: np.ndarray  # (C,) number of the point at its root's side; the other is the next one
     lost: np.ndarray  # owners (L,) of segments that were left out
+    slim: np.ndarray  # owners of segments that rays partly miss
 
 
 class Placed(NamedTuple):
@@ -40,15 +44,16 @@ def place_curves(curves):
                 f"curves '{one.name}' have points {local.shape}, radii {np.shape(radius)}, {count.sum()} points in "
                 f"strands and a transform {matrix.shape}; make them (N, 3), (N,), N and (4, 4)"
             )
-        points.append(local @ matrix[:3, :3].T + matrix[:3, 3])
-        radii.append(radius * abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3))
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is left out later
+            points.append(local @ matrix[:3, :3].T + matrix[:3, 3])
+            radii.append(radius * abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3))
         counts.append(count.astype(np.intp))
     owner = np.repeat(np.arange(len(curves)), [len(c) for c in counts[1:]])
     return Placed(np.concatenate(points), np.concatenate(radii), np.concatenate(counts), owner)
 
 
 def write_segments(placed, origin):
-    """The `Segments` of what is `placed`, relative to `origin`; None where nothing can be hit.
+    """The `Segments` of what is `placed`, relative to `origin`; without `strands` where nothing can be hit.
 
     Left out are segments with a control point that is not finite, and those without radius at both ends.
     """
@@ -71,6 +76,8 @@ def write_segments(placed, origin):
     owner = placed.owner[strand[start]]
     lost, owner, start, index = owner[~good], owner[good], start[good], index[good]
     if not index.size:
-        return None
+        return Segments(None, owner, start, lost, owner)
+    apart = vertices[index + 1, :3] - vertices[index + 2, :3]
+    slim = (apart**2).sum(axis=1) > SLIMMEST**2 * np.maximum(vertices[index + 1, 3], vertices[index + 2, 3]) ** 2
     index = np.append(index, np.zeros(INDEX_PADDING, np.intp)).astype(np.uint32)[: index.size]
-    return Segments(Strands(vertices, index), owner, start, lost)
+    return Segments(Strands(vertices, index), owner, start, lost, owner[slim])

@@ -85,7 +85,7 @@ class SceneVisibility:
             return self._accel
         key = kept.tobytes()
         if key not in self._made:
-            self._made[key] = PartialAccel(self._geometry, kept[self._geometry.object])
+            self._made[key] = PartialAccel(self._geometry, kept[self._geometry.object], self._accel.native)
         return self._made[key]
 
 

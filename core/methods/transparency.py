@@ -72,11 +72,19 @@ def transmittance(scene, accel, o, d, tmax, transparent_depth, worker, ray=SHADO
 def _onwards(surface, start, d, tmax, arena):
     """What is left of shadow rays beyond a surface, (o, d, tmax): aimed anew at where they end.
 
-    One that only went on parallel, or for as long as it had to from the surface, would meet the light's own.
+    One that only went on parallel, or for as long as it had to from the surface, would meet the light's own. A ray that
+    ends within the surface's error has arrived: there is nothing to aim at.
     """
-    left = np.maximum(tmax - dot(surface.p - start, d, arena) / dot(d, d, arena), SHORTEST)
+    scale = np.abs(d).max(axis=0)
+    scale[scale < 2] = 1  # rays within a surface's error are long vectors, whose squares float32 does not hold
+    unit = d / scale
+    squared = dot(unit, unit, arena)
+    left = np.maximum(tmax - dot(surface.p - start, unit, arena) / (squared * scale), SHORTEST)
     o = spawn(surface.p, surface.offset, surface.ng, d, arena)
-    return o, d - (o - surface.p) / left, left * _ROUNDED
+    step = o - surface.p
+    arrived = left * np.sqrt(squared) * scale <= np.abs(step).max(axis=0)
+    step[:, arrived], left[arrived] = 0, SHORTEST
+    return o, d - step / left, left * _ROUNDED
 
 
 def pass_through(scene, state, hits, depth, transparent_depth, samples, worker, trace=None, clear=None):

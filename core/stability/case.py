@@ -12,11 +12,13 @@ from typing import NamedTuple
 from ..accel import Accel
 from ..compile import compile_scene
 from ..compile.features import Feature
+from ..compile.visibility import SceneVisibility
 from ..diagnostics import Diagnostics, SceneError
 from ..methods.wavefront import watched_arithmetic
 from ..render import render
 from ..scene import Scene
 from ..settings import METHODS, Settings
+from ..shutter import Shutter, compile_shutter
 
 SIGMAS = 4.0  # standard errors of the mean that noise is allowed
 PATH = ("pathtrace",)
@@ -30,7 +32,7 @@ class Case:
     Parameters
     ----------
     build : callable
-        Makes the `Scene`.
+        Makes the `Scene`, or a tuple of those at the moments of a shutter.
     truth : float or None
         Mean of the picture over pixels and channels; None asks for finite samples alone.
     methods : sequence of str
@@ -45,7 +47,7 @@ class Case:
         Words of a diagnostic that the user must see. With them a wrong value is out of range instead of failed.
     """
 
-    build: Callable[[], Scene]
+    build: Callable[[], Scene | tuple]
     truth: float | None = None
     methods: tuple = PATH
     tolerance: float = 5e-3
@@ -89,7 +91,9 @@ class Variant(NamedTuple):
 
 
 METHOD_VARIANTS = tuple(Variant(m) for m in reversed(METHODS))
-ALL_VARIANTS = (*METHOD_VARIANTS, Variant("pathtrace", native=False), Variant("pathtrace", every_feature=True))
+OTHER_ROUTE = Variant("pathtrace", native=False)
+EVERY_FEATURE = Variant("pathtrace", every_feature=True)
+ALL_VARIANTS = (*METHOD_VARIANTS, OTHER_ROUTE, EVERY_FEATURE)
 
 
 def measure(case, variant=METHOD_VARIANTS[0]):
@@ -122,10 +126,9 @@ def measure(case, variant=METHOD_VARIANTS[0]):
     return Outcome(variant.method, variant.route, variant.features, value, noise, nonfinite, seconds, verdict, note)
 
 
-def film_of(case, **changes):
-    """The film of a case by path tracing, with some `Settings` changed."""
-    settings = settings_of(case, **changes)
-    return render(compile_scene(case.build(), settings, Diagnostics()), settings)
+def film_of(case, variant=METHOD_VARIANTS[0], **changes):
+    """The film of a case, with some `Settings` changed."""
+    return _film(case, variant, Diagnostics(), **changes)
 
 
 def settings_of(case, **changes):
@@ -141,13 +144,24 @@ def mean_of(film):
     return float(channels.mean()), float((film.pixel_error() ** 2).mean() ** 0.5 / channels.shape[1] ** 0.5)
 
 
-def _film(case, variant, diagnostics):
-    settings = settings_of(case, method=variant.method)
+def _film(case, variant, diagnostics, **changes):
+    settings = settings_of(case, method=variant.method, **changes)
+    described = case.build()
+    if isinstance(described, Scene):
+        return render(compiled_of(described, settings, variant, diagnostics), settings)
+    if variant in METHOD_VARIANTS:
+        return render(compile_shutter(described, settings, diagnostics), settings)
+    return render(Shutter(compiled_of(scene, settings, variant, diagnostics) for scene in described), settings)
+
+
+def compiled_of(scene, settings, variant, diagnostics):
+    """A compiled `Scene` that casts its rays and has the stages as `variant` says."""
     every = Feature.all() if variant.every_feature else None
-    compiled = compile_scene(case.build(), settings, diagnostics, every)
+    compiled = compile_scene(scene, settings, diagnostics, every)
     if not variant.native:
         compiled.accel = Accel(compiled.geometry, native=False)
-    return render(compiled, settings)
+        compiled.visibility = SceneVisibility(scene, compiled.geometry, compiled.lights, compiled.accel)
+    return compiled
 
 
 def _judge(case, variant, value, noise, nonfinite, failure, messages):

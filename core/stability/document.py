@@ -7,6 +7,7 @@ import html
 import math
 
 from ..report.table import table
+from . import items
 from .axis import holds, widest
 from .stiff import CRITICAL_T, SEEDS
 
@@ -16,6 +17,7 @@ _STYLE = (
     "td:first-child,th:first-child{text-align:left}.fail{background:#fbb}.range{background:#fed}"
 )
 _RANGES = ("axis", "scene and closed form", "widest range that passes", "tried", "must hold")
+_ITEMS = ("what is driven to its extremes", "where", "cases")
 _CASES = ("case", "reference", "value", "error", "not finite", "s", "verdict", "why")
 _STIFF = (
     "scene",
@@ -23,6 +25,7 @@ _STIFF = (
     "truth",
     "mean",
     "t",
+    "t, other route and stages",
     "by sampled lights",
     "clamp removes",
     "error over time",
@@ -32,7 +35,8 @@ _STIFF = (
 
 def markdown(report):
     """The whole text."""
-    parts = [_head(report), "## Widest ranges", table(_RANGES, _range_rows(report))]
+    parts = [_head(report), "## What is covered", table(_ITEMS, items.rows(report))]
+    parts += ["## Widest ranges", table(_RANGES, _range_rows(report))]
     if report.findings:
         words = (
             f"Means over {SEEDS} seeds against the truth: a right mean has |t| above {CRITICAL_T} once in a thousand "
@@ -45,7 +49,8 @@ def markdown(report):
 def page(report):
     """The same as HTML."""
     body = [f"<h1>Numerical stability</h1><p>{html.escape(_state(report))}</p>"]
-    sections = (("Widest ranges", _RANGES, _range_rows), ("Stiff scenes", _STIFF, _stiff_rows))
+    covered = ("What is covered", _ITEMS, items.rows)
+    sections = (covered, ("Widest ranges", _RANGES, _range_rows), ("Stiff scenes", _STIFF, _stiff_rows))
     for title, head, rows in (*sections, ("Cases", _CASES, _case_rows)):
         body.append(f"<h2>{title}</h2><table>{_row(head, 'th')}{''.join(_row(r) for r in rows(report))}</table>")
     title = "<title>Numerical stability</title>"
@@ -121,7 +126,14 @@ def _case_rows(report):
 def _stiff_rows(report):
     for f in report.findings:
         ladder = ", ".join(f"{error:.2%} in {seconds:.2f} s" for _, seconds, error in f.ladder)
-        numbers = _text(f.stiff.case.truth), _text(f.mean), f"{f.t:+.2f}", f"{f.lights:.1%}", f"{f.clamped:.1%}"
+        numbers = (
+            _text(f.stiff.case.truth),
+            _text(f.mean),
+            f"{f.t:+.2f}",
+            f"{f.others:+.2f}",
+            f"{f.lights:.1%}",
+            f"{f.clamped:.1%}",
+        )
         yield f.stiff.name, f.stiff.truth, *numbers, ladder, f.verdict
 
 

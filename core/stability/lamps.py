@@ -188,6 +188,7 @@ AXES = (
             samples=1024,
             tolerance=1e-2,
             settings=DIRECT,
+            told="without area" if r < 1e-5 else "",  # 1 away from the origin, float32 has no such triangles
         ),
         (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05),
         0.05,
@@ -216,7 +217,11 @@ AXES = (
         "number of lights",
         "floor below many lights at one place: ρ/π · P/(4πd²)",
         lambda n: Case(
-            lambda: many(n), by_point_truth() if n else 0.0, METHODS if n <= 100 else PATH, samples=64, settings=DIRECT
+            lambda: many(n),
+            by_point_truth() if n else 0.0,
+            METHODS if n <= 100 else PATH,
+            samples=64 if n <= 100 else 4,
+            settings=DIRECT,
         ),
         (0, 1, 2, 100, 1000, 10000),
         1,

@@ -6,10 +6,11 @@ from __future__ import annotations
 import time
 from typing import NamedTuple
 
-from . import glasses, lamps, meshes, pictures, placing, stiff, surfaces, views
+from . import glasses, hair, lamps, meshes, moving, pictures, placing, sight, stiff, surfaces, views
 from .axis import holds, run_value, widest
 
-AXES = tuple(axis for family in (placing, lamps, surfaces, views, meshes, pictures, glasses) for axis in family.AXES)
+FAMILIES = (placing, lamps, surfaces, views, meshes, pictures, glasses, hair, sight, moving)
+AXES = tuple(axis for family in FAMILIES for axis in family.AXES)
 
 
 class Report(NamedTuple):
@@ -70,6 +71,8 @@ def run(quick=False, cancelled=lambda: False, say=lambda text: None, axes=AXES, 
             if cancelled():
                 return report(True)
             results.append(run_value(axis, value, quick))
+            if results[-1].verdict == "fail":
+                say(f"failed: {axis.name}: {value}")
     for scene in scenes:
         if quick and not scene.quick:
             continue
@@ -77,4 +80,6 @@ def run(quick=False, cancelled=lambda: False, say=lambda text: None, axes=AXES, 
             return report(True)
         say(f"stiff: {scene.name}")
         findings.append(stiff.measure(scene))
+        if findings[-1].verdict == "fail":
+            say(f"failed: stiff: {scene.name}")
     return report(False)

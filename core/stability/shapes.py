@@ -96,9 +96,9 @@ def orthographic(view, half):
     return Camera(view.transform, (-half, half, -half, half), "ORTHOGRAPHIC")
 
 
-def scene(view, *instances, lights=(), world=0.0, spheres=(), planes=()):
+def scene(view, *instances, lights=(), world=0.0, spheres=(), planes=(), curves=()):
     """A scene with a grey world."""
-    return Scene(view, instances, spheres, planes, tuple(lights), World((world,) * 3))
+    return Scene(view, instances, spheres, planes, tuple(lights), World((world,) * 3), tuple(curves))
 
 
 def looking_down(*instances, lights=(), world=0.0, at=(0, 0, 0), height=1.0, **more):

@@ -110,7 +110,7 @@ def _room(albedo, hits=None):
         lambda: glowing_room(albedo=albedo),
         truth,
         settings={"depth": hits},
-        samples=256 if hits <= 10 else 64,
+        samples=256 if hits <= 10 else 64 if hits < 1000 else 160,
         told=told,
     )
 

@@ -9,6 +9,7 @@ from ..scene import Camera, Material, ThinLens
 from ..settings import METHODS
 from .axis import Axis
 from .case import METHOD_VARIANTS, PATH, Case
+from .placing import LIT, lit_floor
 from .shapes import camera, placed, quad, scene
 
 
@@ -36,7 +37,7 @@ def white():
 
 def _of_size(size):
     width, height = map(int, size.split("x"))
-    samples = max(4, 4096 // (width * height))
+    samples = max(32, 4096 // (width * height))
     # The halves of one pixel tell its error but roughly.
     tolerance = 0.05 if size == "1x1" else 5e-3
     return Case(lambda: stretched(width, height), 0.25, tolerance=tolerance, samples=samples, size=(width, height))
@@ -93,5 +94,29 @@ AXES = (
         (2, 1000000),
         (2, 4096),
         METHOD_VARIANTS[:1],
+    ),
+    Axis(
+        "noise target",
+        "floor below a soft point light, as far as the target asks: ρ/π · P/(4π(d² + r²))",
+        lambda e: Case(lambda: lit_floor(1.0), LIT, METHODS, samples=256, settings={"depth": 1, "noise_target": e}),
+        (1e-12, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0, 1e6),
+        0.01,
+        (1e-6, 1.0),
+        (1e-6, 0.01, 1e6),
+    ),
+    Axis(
+        "noise target, adaptive",
+        "the same, pixels that are noisier taking more samples",
+        lambda e: Case(
+            lambda: lit_floor(1.0),
+            LIT,
+            METHODS,
+            samples=256,
+            settings={"depth": 1, "noise_target": e, "adaptive": True},
+        ),
+        (1e-12, 1e-6, 1e-4, 1e-3, 0.01, 0.1, 1.0, 1e6),
+        0.01,
+        (1e-6, 1.0),
+        (1e-6, 0.01, 1e6),
     ),
 )

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Input that random scenes once stumbled over (`tests/fuzz`): no warning of numpy, no error but `SceneError`."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from zraka.core import estimate
+from zraka.core.arena import Arena
 from zraka.core.bsdf import lookup
 from zraka.core.compile import compile_scene
 from zraka.core.diagnostics import Diagnostics, SceneError
+from zraka.core.methods.transparency import _onwards
 from zraka.core.methods.wavefront import watched_arithmetic
 from zraka.core.scene import (
     AreaLight,
@@ -144,3 +149,23 @@ def test_a_plane_out_of_reach_is_refused():
     beyond = looking_down(placed(quad(), None), planes=(Plane((0, 0, 1e30), (0, 0, 1)),))
     with pytest.raises(SceneError, match="finite point"):
         compile_scene(beyond, Settings(), Diagnostics())
+
+
+def test_shadow_rays_that_have_arrived_are_not_aimed_anew():
+    """One that ended within a surface's error had its step off the surface divided by next to nothing: an overflow."""
+    p, still = np.zeros((3, 3), np.float32), np.zeros((3, 3), np.float32)
+    surface = SimpleNamespace(
+        p=p, ng=np.float32([[0, 0, 0], [0, 0, 0], [1, 1, 1]]), offset=np.full(3, 1e-5, np.float32)
+    )
+    d = np.float32([[0, 0, 0.6], [0, 0, 0], [1, 1e25, 0.8]])
+    o, onwards, tmax = _onwards(surface, still, d, np.float32([1e-30, 1e-30, 1.0]), Arena())
+    np.testing.assert_array_equal(onwards[:, :2], d[:, :2])
+    assert (tmax[:2] < 1e-29).all()
+    assert np.abs(o[:, 2] + onwards[:, 2] - (0.6, 0, 0.8)).max() < 1e-6
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e76])
+def test_the_error_of_a_picture_of_no_brightness_does_not_overflow(noise):
+    """Its variance was multiplied by the inverse of the least float64."""
+    weight = estimate.noisy_weights([(np.zeros((3, 2, 2)), np.full((2, 2), noise))])
+    assert np.isfinite(estimate.relative_error(np.full(4, 1e76), weight))

@@ -13,9 +13,9 @@ from zraka.core.diagnostics import Diagnostics
 from zraka.core.lights.triangle import first_in_place
 from zraka.core.scene import Material
 from zraka.core.settings import Settings
-from zraka.core.stability import document, glasses, lamps, meshes, pictures, placing, stiff
+from zraka.core.stability import document, glasses, hair, items, lamps, meshes, moving, pictures, placing, sight, stiff
 from zraka.core.stability.axis import Axis, holds, run_value, widest
-from zraka.core.stability.case import ALL_VARIANTS, Case, Outcome, Variant, measure
+from zraka.core.stability.case import ALL_VARIANTS, Case, Outcome, Variant, compiled_of, measure
 from zraka.core.stability.run import AXES, Report, run
 
 RANGES = json.loads(Path(__file__).with_name("stability_ranges.json").read_text(encoding="utf-8"))
@@ -172,10 +172,35 @@ def test_every_numeric_axis_has_its_range_on_record():
     [(meshes.FORMS, n) for n in meshes.FORMS]
     + [(pictures.EMISSIONS, n) for n in pictures.EMISSIONS]
     + [(pictures.TEXTURES, n) for n in pictures.TEXTURES]
+    + [(hair.STRANDS, n) for n in hair.STRANDS if not n.startswith("point at")]
+    + [(sight.SEEN, n) for n in sight.SEEN]
+    + [(moving.MOTIONS, n) for n in moving.MOTIONS if n != "NaN camera for a moment"]
     + [(glasses.NESTED, n) for n in ("overlapping balls", "touching balls", "camera in a ball", "camera on a ball")],
 )
 def test_what_is_bad_does_no_harm(cases, name):
     assert verdict(cases[name])[0] == "pass"
+
+
+def test_what_cannot_be_rendered_is_told():
+    assert verdict(hair.STRANDS["point at 1e6"])[0] == "out of range"
+    assert verdict(AXIS_OF["length of a strand's pieces, in radii"].case(1e5))[0] == "out of range"
+    assert verdict(moving.MOTIONS["NaN camera for a moment"])[0] == "out of range"
+
+
+def test_the_other_route_casts_all_its_rays_through_it():
+    """What some rays do not see has trees of its own."""
+    case = sight.SEEN["roof unseen by shadow rays"]
+    compiled = compiled_of(case.build(), Settings(width=1, height=1), Variant("pathtrace", False), Diagnostics())
+    assert not compiled.visibility.shadow.native
+    assert verdict(case, Variant("pathtrace", False))[0] == "pass"
+
+
+def test_every_axis_belongs_to_an_item_and_every_item_has_one():
+    names = [axis.name for axis in AXES] + [f"stiff: {s.name}" for s in stiff.STIFF]
+    for item, beginnings in items.ITEMS.items():
+        assert all(any(name.startswith(b) for name in names) for b in beginnings), item
+    covered = tuple(b for beginnings in items.ITEMS.values() for b in beginnings)
+    assert [name for name in names if not name.startswith(covered)] == []
 
 
 @pytest.mark.parametrize("scene", [s for s in stiff.STIFF if s.quick], ids=lambda s: s.name)
@@ -201,6 +226,7 @@ def test_a_report_is_written_and_may_be_interrupted():
     full = report._replace(interrupted=False, findings=[stiff.measure(sun)])
     texts = document.markdown(full), document.page(full), json.dumps(document.data(full), allow_nan=False)
     assert all(axis.name in text and "sun disk" in text for text in texts)
+    assert all("2 pass" in text and "not run" in text for text in texts[:2])
     assert full.ranges == {axis.name: (0.0, 1e6)}
 
 

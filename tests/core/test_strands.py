@@ -14,7 +14,7 @@ import pytest
 from zraka.core import accel as accel_module
 from zraka.core.accel import Accel
 from zraka.core.arena import Arena
-from zraka.core.compile import compile_scene
+from zraka.core.compile import compile_scene, round_tables
 from zraka.core.compile.geometry import compile_geometry
 from zraka.core.compile.needs import needs_of
 from zraka.core.compile.round_tables import intercepts
@@ -237,6 +237,49 @@ def test_what_cannot_be_hit_is_left_out_and_said():
         "pieces of strands without radius or with coordinates that are not finite were left out (Fur, 2 times)"
     ]
     assert geometry_of(Curves(np.zeros((1, 3)), [0.1], [1])).strands is None
+
+
+def test_strands_of_which_nothing_is_left_are_said():
+    """Where one piece was left it was told, where none was, nothing."""
+    diagnostics = Diagnostics()
+    assert geometry_of(Curves(np.zeros((2, 3)), [0.0, 0.0], [2], name="Fur"), diagnostics=diagnostics).strands is None
+    assert "left out (Fur)" in diagnostics.messages()[0]
+
+
+def test_infinite_points_are_left_out_without_a_warning():
+    """Times the zeros of a transform they are NaN, of which numpy warned."""
+    points = [(0, 0, 0), (1, 0, 0), (2, 0, np.inf)]
+    assert geometry_of(Curves(points, [0.1] * 3, [3])).segment_count == 0
+    points = [*points, (0, 5, 0), (1, 5, 0)]
+    assert geometry_of(Curves(points, [0.1] * 5, [3, 2])).segment_count == 1
+
+
+@pytest.mark.parametrize("length, count", [(100.0, 0), (1000.0, 1)])
+def test_pieces_too_long_for_their_radius_are_said(length, count):
+    diagnostics = Diagnostics()
+    geometry_of(Curves([(0, 0, 0), (length, 0, 0)], [0.1, 0.1], [2], name="Fur"), diagnostics=diagnostics)
+    assert len(diagnostics.messages()) == count
+    assert all("2,000 radii long" in m and "(Fur" in m for m in diagnostics.messages())
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_bad_point_leaves_the_other_strands_their_lengths(bad):
+    """Lengths are differences of a running sum, which it made NaN for all strands that follow."""
+    points = np.float64([(0, 0, 0), (1, 0, 0), (bad, 0, 0), (0, 0, 0), (1, 0, 0), (4, 0, 0)])
+    share, length = intercepts(points, [3, 3])
+    np.testing.assert_allclose(share, [0, 1, 1, 0, 0.25, 1])
+    np.testing.assert_allclose(length, [1, 4])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_bad_point_leaves_the_roots_their_generated_coordinates(bad):
+    """They are told in the box around all points, which one bad one made NaN."""
+    points = [(0, 0, 0), (0, 0, 1), (2, 0, 0), (2, 0, 1), (1, 4, 0), (bad, 0, 0)]
+    curves = Curves(points, [0.1] * 6, [2, 2, 2])
+    good = Curves(points[:5], [0.1] * 5, [2, 2, 1])
+    tables = [round_tables._generated(c)[:4] for c in (curves, good)]
+    np.testing.assert_allclose(*tables)
+    assert round_tables._generated(Curves(np.zeros((0, 3)), [], np.zeros(0, int))).shape == (0, 3)
 
 
 @pytest.mark.parametrize("bad", [{"points": np.zeros((5, 2))}, {"counts": [4]}, {"transform": np.eye(3)}])

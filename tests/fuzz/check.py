@@ -17,8 +17,9 @@ from zraka.core.methods.guides import render_guides
 from zraka.core.methods.wavefront import watched_arithmetic
 from zraka.core.render import render
 from zraka.core.settings import METHODS
+from zraka.core.shutter import Shutter, compile_shutter
 
-MOST_SECONDS = 30.0  # of the processor, for a picture of some hundred rays
+MOST_SECONDS = 60.0  # of the processor, for a picture of some hundred rays; the table of a Gabor world takes 30
 
 
 class Broken(AssertionError):
@@ -26,7 +27,9 @@ class Broken(AssertionError):
 
 
 def check(scene, settings, tame, thorough, methods=METHODS):
-    """Render `scene` by all methods; `thorough` also compares threads, chunks and features.
+    """Render `scene`, or those of a tuple while a shutter is open, by all methods.
+
+    `thorough` also compares threads, chunks and features.
 
     Raises
     ------
@@ -37,8 +40,8 @@ def check(scene, settings, tame, thorough, methods=METHODS):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            compiled = compile_scene(scene, settings, Diagnostics())
-            forced = compile_scene(scene, settings, Diagnostics(), Feature.all()) if thorough else None
+            compiled = _compiled(scene, settings, thorough)
+            forced = _compiled(scene, settings, thorough, Feature.all()) if thorough else None
         except SceneError as error:
             check_sentence(error)
             return
@@ -46,10 +49,20 @@ def check(scene, settings, tame, thorough, methods=METHODS):
             for method in methods:
                 _check_method(compiled, forced, replace(settings, method=method), tame)
         if settings.guides.names:
-            _check_guides(compiled, scene, settings, tame)
+            middle = scene[len(scene) // 2] if isinstance(scene, tuple) else scene
+            _check_guides(getattr(compiled, "middle", compiled), middle, settings, tame)
     spent = time.process_time() - started
     if spent > MOST_SECONDS:
         raise Broken(f"took {spent:.1f} s")
+
+
+def _compiled(scene, settings, thorough, features=None):
+    """A scene as it is rendered; moments that are to be compared are each compiled alone."""
+    if not isinstance(scene, tuple):
+        return compile_scene(scene, settings, Diagnostics(), features)
+    if not thorough:
+        return compile_shutter(scene, settings, Diagnostics())
+    return Shutter(compile_scene(moment, settings, Diagnostics(), features) for moment in scene)
 
 
 def check_sentence(error):

@@ -30,15 +30,16 @@ from zraka.core.scene import (
 from zraka.core.settings import Guides, Settings
 
 from ..core import scenes as made
+from .extras import with_extras
 from .graphs import TAME, TAME_SURFACES, VALUES, Graph
 from .numbers import BAD, Numbers
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene with its settings; `tame` ones must render without a sample that is not finite."""
+    """A scene, or one for each moment, with its settings; `tame` ones must render without a bad sample."""
 
-    scene: Scene
+    scene: Scene | tuple
     settings: Settings
     tame: bool
 
@@ -62,7 +63,8 @@ def random_case(seed):
         tuple(random_light(numbers, n) for n in range(numbers.count(6))),
         random_world(numbers),
     )
-    return Case(scene, random_settings(numbers), tame)
+    scene, settings = with_extras(seed, scene, random_settings(numbers), materials, tame)
+    return Case(scene, settings, tame)
 
 
 # -- materials ---------------------------------------------------------------------------------------------------------

@@ -8,10 +8,12 @@ import pytest
 
 from zraka.core.scene import Material
 from zraka.core.settings import Settings
+from zraka.core.visibility import ALL_RAYS
 
 from ..core.scenes import box, camera, placed, scene
 from .check import Broken, check
 from .kinds import KINDS
+from .scenes import random_case
 
 HAS_BLENDER = importlib.util.find_spec("bpy") is not None
 SEEDS = {"core": range(70), "files": range(24), "blender": range(6)}
@@ -22,6 +24,16 @@ def test_random_scenes_keep_the_promises(kind, seed):
     if kind != "core" and not HAS_BLENDER:
         pytest.skip("Blender is not installed")
     KINDS[kind](seed)
+
+
+def test_the_seeds_have_hair_motion_and_things_that_only_some_see():
+    cases = [random_case(seed) for seed in SEEDS["core"]]
+    scenes = [s for case in cases for s in (case.scene if isinstance(case.scene, tuple) else (case.scene,))]
+    assert sum(len(c.counts) > 0 for s in scenes for c in s.curves) > 10
+    assert sum(t.visibility.receivers is not None for s in scenes for t in (*s.objects, *s.lights)) > 10
+    assert sum(t.visibility.rays != ALL_RAYS for s in scenes for t in s.objects) > 10
+    assert sum(isinstance(case.scene, tuple) for case in cases) > 5
+    assert sum(case.settings.noise_target > 0 for case in cases) > 3
 
 
 def test_a_broken_promise_is_seen():
