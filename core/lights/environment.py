@@ -24,6 +24,7 @@ from .base import LightSample
 from .environment_suns import EnvironmentSuns
 
 _SUN_SHARE = 0.8  # of all samples at most go to suns
+_ROWS_AT_ONCE = 16  # of cells; enough directions for calls to cost little beside their work
 _EVEN = 1e-3  # share of the light above the mean below which a map is as good as constant
 
 
@@ -205,10 +206,18 @@ class EnvironmentMap:
         phi = math.pi - (np.arange(self._columns) + 0.5) * (2.0 * math.pi / self._columns)
         circle_, arena = np.stack([np.cos(phi), np.sin(phi)]), Arena()
         cells = np.zeros((3, self._rows, self._columns))
-        for k, angle in enumerate(theta):
+        for start in range(0, self._rows, _ROWS_AT_ONCE):
+            rows = slice(start, start + _ROWS_AT_ONCE)
             with arena.frame():
-                d = np.append(math.sin(angle) * circle_, np.full((1, phi.size), math.cos(angle)), axis=0)
-                cells[:, k] = self.eval(d.astype(np.float32), arena, averaged=True)
+                d = np.stack(
+                    np.broadcast_arrays(
+                        np.sin(theta[rows, None]) * circle_[0],
+                        np.sin(theta[rows, None]) * circle_[1],
+                        np.cos(theta[rows, None]),
+                    )
+                )
+                seen = self.eval(d.reshape(3, -1).astype(np.float32), arena, averaged=True)
+                cells[:, rows] = seen.reshape(3, -1, self._columns)
         # Linear interpolation spreads a texel over its neighbours: its mean over each of the cells around.
         cells = 0.75 * cells + 0.125 * (np.roll(cells, 1, axis=2) + np.roll(cells, -1, axis=2))
         padded = np.concatenate((cells[:, :1], cells, cells[:, -1:]), axis=1)
