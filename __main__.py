@@ -3,6 +3,10 @@
 
 import sys
 
-from .addon.cli import main
+try:
+    from .addon.cli import main
+except KeyboardInterrupt:  # while modules are still read
+    sys.stderr.write("zraka: interrupted before the first sample; nothing was written\n")
+    sys.exit(130)
 
 sys.exit(main())

@@ -9,7 +9,10 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
+import shutil
+import signal
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +31,7 @@ def load_blender():
         Where it is not installed.
     """
     try:
-        with quiet():
+        with _ctrl_c_held_back(), quiet():
             import bpy
     except ImportError as error:
         raise SceneError(f"Blender's Python module is missing ({error}); pip install 'zraka[blender]'") from error
@@ -191,10 +194,44 @@ def write_picture(bpy, scene, picture, path):
     try:
         with quiet():
             image.save_render(str(path), scene=scene)
-    except RuntimeError as error:
+            scarce = shutil.disk_usage(path.parent).free < picture.nbytes
+    except (RuntimeError, OSError) as error:
         raise SceneError(f"{path} cannot be written: {_one_line(error)}") from error
     finally:
         bpy.data.images.remove(image)
+    if scarce and not is_whole(path):
+        raise SceneError(f"{path} cannot be written whole; is the disk full?")
+
+
+def is_whole(path):
+    """Tell whether a picture can be read again: what fails at the very end of writing, neither Blender nor OIIO tells.
+
+    Blender itself crashes where it reads an EXR cut short. Without OIIO only an empty file is found.
+    """
+    try:
+        import OpenImageIO as oiio
+    except ImportError:
+        return path.stat().st_size > 0
+    image = oiio.ImageBuf(str(path))
+    whole = image.read(force=True)
+    image.geterror()  # else OIIO prints it
+    return whole
+
+
+@contextlib.contextmanager
+def _ctrl_c_held_back():
+    """Let Ctrl-C take effect afterwards only: Blender crashes where its start is interrupted."""
+    if "bpy" in sys.modules or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed = []
+    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+    if pressed:
+        signal.raise_signal(signal.SIGINT)
 
 
 @contextlib.contextmanager

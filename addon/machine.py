@@ -39,6 +39,8 @@ def make_folder(folder):
     """Make a folder unless it is there; raises `SceneError`."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise SceneError(f"{folder} cannot be made: a file is in its place") from error
     except OSError as error:
         raise SceneError(f"{folder} cannot be made: {error.strerror or error}") from error
 

@@ -26,6 +26,9 @@ DEFAULTS = {
     "use_preview_adaptive_sampling": True,
     "preview_adaptive_threshold": 0.1,
     "max_bounces": 12,
+    "diffuse_bounces": 4,
+    "glossy_bounces": 4,
+    "transmission_bounces": 12,
     "transparent_max_bounces": 8,
     "sample_clamp_direct": 0.0,
     "sample_clamp_indirect": 10.0,
@@ -129,7 +132,7 @@ def take_over(scene):
         setattr(scene.zraka, name, value)
     scene.zraka.took_over = True
     left = [words for name, (value, words) in _LEFT.items() if name in chosen and values[name] != value]
-    left += _left_lights(scene)
+    left += _left_bounces(values) + _left_lights(scene)
     said = (
         f"Taken over from Cycles: {settings['samples']} samples ({settings['viewport_samples']} in viewports), "
         f"noise target {settings['noise_target']:.4g}, depth {settings['depth']}, "
@@ -137,6 +140,14 @@ def take_over(scene):
         f"{settings['clamp_indirect']:.4g}, exposure {settings['exposure']:.4g}, filter, seed and time limit"
     )
     return f"{said}; not taken over: {', '.join(left)}" if left else said
+
+
+def _left_bounces(values):
+    """Limits of one kind of bounce: Zraka counts them all together."""
+    kinds = ("diffuse", "glossy", "transmission")
+    limits = [(kind, values[f"{kind}_bounces"]) for kind in kinds]
+    limits = [f"{limit} {kind}" for kind, limit in limits if limit < values["max_bounces"]]
+    return [f"the limits of {' and '.join(limits)} bounces"] if limits else []
 
 
 def _left_lights(scene):

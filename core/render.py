@@ -20,6 +20,7 @@ import numpy as np
 
 from . import adaptive
 from .arena import uninitialised
+from .compile.memory import check_picture
 from .film import Film, Step
 from .methods import method_of
 from .methods.wavefront import Chunk, Worker
@@ -69,6 +70,7 @@ class _Render:
         moments = self._shutter.moments if self._shutter else (compiled,)
         self._methods = [method(moment, settings) for moment in moments]
         x0, y0, x1, y1 = settings.region
+        check_picture(x1 - x0, y1 - y0)
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, self._methods[0].extra)
         self._chunk = settings.chunk or self._methods[0].chunk

@@ -41,3 +41,19 @@ def check_writable(path):
     target = path if path.exists() else path.parent
     if path.is_dir() or not os.access(target, os.W_OK):
         raise SceneError(f"{path} cannot be written: {target} is {'a folder' if path.is_dir() else 'read-only'}")
+    new = not path.exists()
+    try:
+        path.open("ab").close()  # Root may write everywhere, says os.access; some file systems say otherwise.
+        if new:
+            path.unlink()
+    except OSError as error:
+        raise SceneError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def check_distinct(paths):
+    """Refuse to write two results into one file; raises `SceneError`."""
+    seen = set()
+    for path in paths:
+        if path.absolute() in seen:
+            raise SceneError(f"{path} cannot be written twice; give each result a name of its own")
+        seen.add(path.absolute())

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.diagnostics import SceneError
 from ...core.settings import METHODS
 from .. import headless
 from ..progress import error_text, summary
 from .arguments import seconds, size, whole
-from .files import check_blend, check_output, check_writable
+from .files import check_blend, check_distinct, check_output, check_writable
 from .interrupt import interruptible
 
 
@@ -65,6 +66,7 @@ def _check(args):
         check_output(path)
     if args.json:
         check_writable(args.json)
+    check_distinct([*(args.output or ()), *([args.json] if args.json else ())])
 
 
 @dataclass
@@ -104,7 +106,7 @@ def _render(args, started):
     for message in job.diagnostics.messages():
         print(f"zraka: warning: {message}", file=sys.stderr)
     if args.json:
-        args.json.write_text(json.dumps(_stats(bpy, job, compiled, film, times), indent=2) + "\n", encoding="utf-8")
+        _write_json(args.json, _stats(bpy, job, compiled, film, times))
     print(summary(film, job.settings))
     return 130 if interrupted.is_set() else 0
 
@@ -134,6 +136,13 @@ def _progress_bar(settings):
 
 
 # -- results -----------------------------------------------------------------------------------------------------------
+
+
+def _write_json(path, stats):
+    try:
+        path.write_text(json.dumps(stats, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def _stats(bpy, job, compiled, film, times):

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from ...core.diagnostics import SceneError
+from ..machine import make_folder
 from .interrupt import interruptible
 
 
@@ -36,8 +37,8 @@ def _stability(args, started):
     def say(text):
         print(f"zraka: {time.perf_counter() - started:.0f} s: {text}", file=sys.stderr)
 
+    make_folder(args.output)
     try:
-        args.output.mkdir(parents=True, exist_ok=True)
         with interruptible() as interrupted:
             report = run(args.quick, interrupted.is_set, say)
         texts = {

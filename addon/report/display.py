@@ -52,6 +52,8 @@ def write(picture, path, quality=90):
     buffer.specmod().attribute("Compression", f"jpeg:{quality}")
     if not buffer.write(str(path)):
         raise SceneError(f"{path} cannot be written: {buffer.geterror()}")
+    if not headless.is_whole(path):
+        raise SceneError(f"{path} cannot be written whole; is the disk full?")
 
 
 def encoded(picture, kind="jpg", quality=88):

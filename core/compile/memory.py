@@ -18,6 +18,8 @@ from ..diagnostics import SceneError
 
 # Bytes of a triangle: its facet, index, numbers and flags, and what Embree's tree takes while it is built. Measured.
 _TRIANGLE, _VERTEX, _SMOOTH, _UV, _CORNERS = 190, 16, 48, 24, 12
+_PIXEL = 100  # bytes of a pixel: the film's sums and marks, its order, and the picture made of them. Measured.
+_MOST_PIXELS = 2**31  # the film numbers them by int32
 _ENOUGH = 1 << 28  # so little is not worth asking for
 _SHARE = 0.9  # of what is free; the rest is for the picture and the system
 
@@ -57,6 +59,33 @@ def check_memory(instances, uv_count, corner_columns, available=None):
     raise SceneError(
         f"the scene's {triangles:,} triangles need about {total / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB can "
         f"be had; the largest part is object '{name}' with {share}: show fewer instances or a simpler mesh"
+    )
+
+
+def check_picture(width, height, available=None):
+    """Refuse a picture that does not fit.
+
+    Parameters
+    ----------
+    width, height : int
+    available : int, optional
+        Bytes; asked of the system where None.
+
+    Raises
+    ------
+    SceneError
+    """
+    total = width * height * _PIXEL
+    if total < _ENOUGH:
+        return
+    available = available_bytes() if available is None else available
+    fits = available is None or total <= _SHARE * available
+    if fits and width * height < _MOST_PIXELS:
+        return
+    raise SceneError(
+        f"a picture of {width} × {height} pixels is too large: it needs about {total / 1e9:.1f} GB of memory"
+        + ("" if available is None else f", {_SHARE * available / 1e9:.1f} GB can be had")
+        + "; render a smaller one, or a border of it"
     )
 
 

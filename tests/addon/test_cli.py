@@ -6,6 +6,10 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import signal
+import sys
+from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -101,6 +105,54 @@ def test_bad_outputs(capsys, tmp_path):
     assert "there is no folder" in refused(capsys, "render", path, "--json", tmp_path / "none" / "a.json")
     (tmp_path / "folder.png").mkdir()
     assert "is a folder" in refused(capsys, "render", path, "--output", tmp_path / "folder.png")
+
+
+def test_each_result_has_a_name_of_its_own(capsys, tmp_path):
+    path = tmp_path / "true.blend"
+    path.write_bytes(b"BLENDER-v405")
+    same = tmp_path / "a.png"
+    assert "cannot be written twice" in refused(capsys, "render", path, "--output", same, "--json", same)
+    assert not same.exists()
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux has such a folder")
+def test_a_folder_where_nobody_may_write_not_even_root():
+    with pytest.raises(SceneError, match=r"^/proc/a.png cannot be written: "):
+        files.check_output(Path("/proc/a.png"))
+
+
+def test_writing_is_tried_without_a_trace(tmp_path):
+    old, new = tmp_path / "old.png", tmp_path / "new.png"
+    old.write_bytes(b"old")
+    files.check_output(old)
+    files.check_output(new)
+    assert old.read_bytes() == b"old"
+    assert not new.exists()
+
+
+def test_what_was_cut_short_by_a_full_disk_is_told(blender_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(headless.shutil, "disk_usage", lambda folder: SimpleNamespace(free=0))
+    picture = np.random.default_rng(1).random((32, 32, 4), np.float32)
+    for kind in (".png", ".exr"):
+        path = (tmp_path / "a").with_suffix(kind)
+        headless.write_picture(bpy, blender_scene, picture, path)
+        whole = path.read_bytes()
+        for content in (whole[:-200], whole[:300], b""):
+            path.write_bytes(content)
+            assert not headless.is_whole(path)
+    monkeypatch.setattr(headless, "is_whole", lambda path: False)
+    with pytest.raises(SceneError, match="is the disk full"):
+        headless.write_picture(bpy, blender_scene, picture, path)
+
+
+def test_ctrl_c_waits_until_blender_stands(monkeypatch):
+    monkeypatch.delitem(sys.modules, "bpy")
+    before, reached = signal.getsignal(signal.SIGINT), []
+    with pytest.raises(KeyboardInterrupt), headless._ctrl_c_held_back():
+        signal.raise_signal(signal.SIGINT)
+        reached.append(True)
+    assert reached
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")

@@ -238,6 +238,13 @@ def test_it_happens_once_and_only_where_nothing_was_chosen(fresh):
     assert fresh.zraka.samples == 50
 
 
+def test_limits_of_one_kind_of_bounce_are_named(fresh):
+    fresh.cycles.samples = 50
+    assert "not taken over: the limits of 4 diffuse and 4 glossy bounces" in takeover.take_over(fresh)
+    fresh.cycles.max_bounces = 4
+    assert "not taken over" not in takeover.take_over(fresh)
+
+
 def test_the_button_takes_defaults_over_too(blender_scene):
     bpy.ops.zraka.take_over_cycles()
     assert (blender_scene.zraka.samples, blender_scene.zraka.depth, blender_scene.zraka.clamp_indirect) == (

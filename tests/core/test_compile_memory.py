@@ -10,7 +10,7 @@ import pytest
 
 from zraka.core.compile import memory
 from zraka.core.compile.geometry import compile_geometry
-from zraka.core.compile.memory import available_bytes, check_memory
+from zraka.core.compile.memory import available_bytes, check_memory, check_picture
 from zraka.core.diagnostics import SceneError
 from zraka.core.scene import Camera, Instance, Mesh, Scene
 
@@ -66,3 +66,12 @@ def test_the_estimate_is_near_what_the_tables_take(monkeypatch):
 def test_the_system_tells_how_much_is_free():
     free = available_bytes()
     assert free is None or 10**7 < free < 10**14
+
+
+def test_a_picture_that_does_not_fit_is_refused():
+    check_picture(20_000, 10_000, available=30 * 10**9)
+    check_picture(640, 480, available=0)  # too little to ask
+    with pytest.raises(SceneError, match=r"20000 × 10000 pixels is too large: .* 20.0 GB of memory, 9.0 GB can be had"):
+        check_picture(20_000, 10_000, available=10**10)
+    with pytest.raises(SceneError, match="too large"):  # than its pixels can be numbered
+        check_picture(65536, 32768, available=10**15)
