@@ -85,4 +85,5 @@ def test_the_methods_are_all():
 
 def test_light_passes_are_exposed(lit_scene):
     """As the picture is; colours of surfaces are not."""
-    assert passes._LIGHT == {"emission", "environment"}
+    kinds = {f"{kind}_{way}" for kind in ("diffuse", "glossy", "transmission") for way in ("direct", "indirect")}
+    assert passes._LIGHT == {"emission", "environment"} | kinds
