@@ -127,9 +127,11 @@ def _texels(layer):
     primitive, change = _read(layer, "BakePrimitive"), _read(layer, "BakeDifferential")
     # Before Blender 4.5 a seed and the triangle came first; both are integers in the place of numbers.
     triangle, first = (primitive[2], 0) if len(primitive) == 3 else (primitive[1], 2)
-    a, b = primitive[first : first + 2]
-    da, db = change[0:2], change[2:4]
-    return triangle.view(np.int32), b, 1 - a - b, db, -da - db
+    triangle = triangle.view(np.int32)
+    # Where there is no triangle Blender leaves what was in its memory.
+    numbers = np.where(triangle >= 0, [*primitive[first : first + 2], *change[:4]], np.float32(0))
+    (a, b), da, db = numbers[:2], numbers[2:4], numbers[4:]
+    return triangle, b, 1 - a - b, db, -da - db
 
 
 def _read(layer, name):

@@ -11,7 +11,6 @@ import pytest
 
 from zraka.addon.bench.engines import match, operate, watched
 from zraka.core.compile import memory
-from zraka.core.compile import scene as compiled_scene
 from zraka.core.diagnostics import SceneError
 
 from .geometry_scenes import grid_of, primitive
@@ -66,37 +65,3 @@ def test_a_thousand_instances_render(scene):
         picture, _ = operate(scene, "ZRAKA")
     assert seen.messages == []
     assert np.isfinite(picture).all() and (picture.sum(axis=-1) > 0).mean() > 0.2
-
-
-def large_mesh(smooth):
-    """A million triangles, uneven."""
-    obj = primitive("grid", x_subdivisions=708, y_subdivisions=708, size=20)
-    mesh = obj.data
-    places = np.zeros((len(mesh.vertices), 3), np.float32)
-    mesh.vertices.foreach_get("co", places.ravel())
-    places[:, 2] = np.random.default_rng(0).random(len(places)) * 0.05
-    mesh.vertices.foreach_set("co", places.ravel())
-    mesh.polygons.foreach_set("use_smooth", [smooth] * len(mesh.polygons))
-    mesh.update()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("smooth", [False, True])
-def test_export_costs_a_tenth_of_the_tree(scene, monkeypatch, smooth):
-    """The least of some renders, as others may use the machine; Embree's tree is built by all cores."""
-    large_mesh(smooth)
-    original, trees, exports = compiled_scene.Accel, [], []
-
-    def timed(geometry, *more):
-        started = time.perf_counter()
-        made = original(geometry, *more)
-        trees.append(time.perf_counter() - started)
-        return made
-
-    monkeypatch.setattr(compiled_scene, "Accel", timed)
-    for _ in range(6):
-        with watched() as seen:
-            operate(scene, "ZRAKA")
-        exports.append(seen.export_seconds)
-    print(f"export {min(exports):.3f} s, tree {min(trees):.3f} s")
-    assert min(exports) <= 0.1 * min(trees)
