@@ -62,7 +62,7 @@ def install_trouble():
     if importlib.util.find_spec("embreex") is None:
         return f"Zraka cannot render: embreex for Python {_python()} is missing; install the .zip of this platform"
     try:
-        import embreex  # noqa: F401 - whether it can be loaded
+        from ..core import accel  # noqa: F401 - whether embreex can be loaded
     except ImportError as error:
         return f"Zraka cannot render: embreex does not load ({' '.join(str(error).split())})"
     return ""
