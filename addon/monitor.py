@@ -6,20 +6,19 @@ What is written are whole new objects in place of old ones, so that a reader nev
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ..core.film import Step
-from ..core.report.error import weights
-from ..core.sampling.color import luminance
 from ..core.settings import Settings
 
 KEPT = 2
 """Renders of a scene that are remembered: the latest and the one before."""
 
-_MOST_PIXELS = 1 << 18  # of the picture of where the error is
+_MOST_PIXELS = 1 << 15  # of the picture of where the error is
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ class Monitor:
             self.changes += 1
 
     def end(self, shot, film, messages):
-        """Take down the whole of it; where the error is, which takes half a second, where nobody waits for more."""
+        """Take down the whole of it, and where the error is of what is no animation."""
         latest = self.latest(shot.scene)
         if latest is None:
             return
@@ -135,15 +134,12 @@ class Monitor:
 def error_picture(film):
     """Relative error of a film's pixels, (H, W) float32, or None where nothing is known of it.
 
-    A pixel of a large picture stands for as many pixels as make it small.
+    Of a large picture, pixels at even distances.
     """
     if not film.history or not np.isfinite(film.history[-1].error):
         return None
-    bright = luminance(film.mean()[:3]).reshape(film.height, film.width)
-    error = np.where(film.counts().reshape(bright.shape) > 1, film.pixel_error(), 0.0)
-    relative = error * np.sqrt(weights(bright[..., None]))
-    step = int(np.ceil(np.sqrt(relative.size / _MOST_PIXELS)))
-    return relative[::step, ::step].astype(np.float32)
+    step = math.ceil(math.sqrt(film.height * film.width / _MOST_PIXELS))
+    return film.relative_pixel_error(step).astype(np.float32)
 
 
 monitor = Monitor()

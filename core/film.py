@@ -17,11 +17,13 @@ import numpy as np
 from . import estimate
 from .arena import uninitialised
 from .neighbours import box
+from .report.error import weights
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
-_JUDGED = 1 << 17  # pixels that tell a picture's error; more would cost time and tell little
-_BAND = 8  # rows
+_JUDGED = 1 << 15  # pixels that tell a picture's error; more would cost time and tell little
+_BANDS = 8  # of rows, in which they lie
+_LEAST_ROWS = 4
 _REACH = 2  # pixels to each side that share their errors' squares
 
 INTERVAL_95 = 2.06
@@ -137,7 +139,7 @@ class Film:
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
         out = np.ones((self.height * self.width, 4), np.float32)
-        for part in self._parts():
+        for part in _parts(len(out)):
             pixels = self._order[part]
             with self._lock:
                 sums = self._sums[: self._channels, pixels]
@@ -167,23 +169,35 @@ class Film:
 
         One pixel's says little; on the mean over many it is right.
         """
-        if self._ratio is None:
-            self.error()
-        out = np.zeros(self.height * self.width)
-        for part in self._parts():
-            _, gains, counts = self._gains(_luminance, self._order[part])
-            out[part] = np.where(counts < 2, np.inf, gains[0] * self._remaining(counts))
-        return out
+        return self._variance(self._order)
 
     def pixel_error(self):
         """Estimated standard error (H, W) of each pixel's luminance; infinite below two samples.
 
         The root of the mean variance of 5 × 5 pixels. See `INTERVAL_95`.
         """
-        variance = self.variance().reshape(self.height, self.width)
-        known = np.isfinite(variance)
-        total = box(np.where(known, variance, 0), _REACH) / np.maximum(box(known.astype(np.float64), _REACH), 1)
-        return np.where(known, np.sqrt(total), np.inf)
+        return _standard_error(self.variance().reshape(self.height, self.width))
+
+    def relative_pixel_error(self, step=1):
+        """`pixel_error` over the luminance, of every `step`-th pixel of every `step`-th row as if there were no others.
+
+        (⌈H/step⌉, ⌈W/step⌉); 0 below two samples, and a floor below the luminance as in `core.report.error`.
+        """
+        pixels = self._order.reshape(self.height, self.width)[::step, ::step]
+        with self._lock:
+            bright = luminance(self._sums[:3].take(pixels, axis=1)) / np.maximum(self._counts.take(pixels), 1)
+        error = _standard_error(self._variance(pixels.ravel()).reshape(pixels.shape))
+        return np.where(np.isfinite(error), error, 0.0) * np.sqrt(weights(bright[..., None]))
+
+    def _variance(self, pixels):
+        """`variance` of `pixels` (P,), by their numbers in the order of tracing."""
+        if self._ratio is None:
+            self.error()
+        out = np.zeros(pixels.size)
+        for part in _parts(pixels.size):
+            _, gains, counts = self._gains(_luminance, pixels[part])
+            out[part] = np.where(counts < 2, np.inf, gains[0] * self._remaining(counts))
+        return out
 
     def _gains(self, squares, pixels):
         """What the last doublings of the samples of `pixels` (P,) gained, by one sample each.
@@ -235,17 +249,25 @@ class Film:
             factors[number] = estimate.remaining(int(number), ratio) if number > 1 else 0.0
         return factors[counts]
 
-    def _parts(self):
-        """Slices of the pixels, so that what is computed from them stays small."""
-        total = self.height * self.width
-        return [slice(start, min(start + _PART, total)) for start in range(0, total, _PART)]
-
     def _bands(self):
         """Slices of whole rows by which the error is judged: all of small pictures, an even share of large ones."""
-        step = -(-self.height * self.width // _JUDGED)
-        starts = range(0, self.height, _BAND * step) if step > 1 else (0,)
-        rows = _BAND if step > 1 else self.height
+        if self.height * self.width <= _JUDGED:
+            return [slice(0, self.height * self.width)]
+        rows = max(_JUDGED // (_BANDS * self.width), _LEAST_ROWS)
+        starts = range(0, self.height, max(rows, rows * self.height * self.width // _JUDGED))
         return [slice(y * self.width, min(y + rows, self.height) * self.width) for y in starts]
+
+
+def _parts(total):
+    """Slices of `total` pixels, so that what is computed from them stays small."""
+    return [slice(start, min(start + _PART, total)) for start in range(0, total, _PART)]
+
+
+def _standard_error(variance):
+    """Root of the mean `variance` (H, W) of the square around each pixel; infinite where its own is."""
+    known = np.isfinite(variance)
+    total = box(np.where(known, variance, 0), _REACH) / np.maximum(box(known.astype(np.float64), _REACH), 1)
+    return np.where(known, np.sqrt(total), np.inf)
 
 
 def _zeros(shape, dtype):

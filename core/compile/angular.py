@@ -126,7 +126,7 @@ class AngularTables:
     def _cells(self, context, rows):
         """Cells of the tables in which the lanes' cosines of view stand."""
         arena, surface = context.arena, context.surface
-        lower, share = arena.empty(context.count, np.int32), arena.empty(context.count)
+        lower, share = arena.empty(context.count, np.intp), arena.empty(context.count)  # numpy copies other indices
         with arena.frame():
             whole = arena.empty(context.count)
             dot(surface.ns, surface.wo, arena, out=share)
@@ -136,12 +136,10 @@ class AngularTables:
             np.subtract(share, whole, out=share)
             np.copyto(lower, whole, casting="unsafe")
             number = np.logical_not(surface.front, out=arena.empty(context.count, bool))
-            first = np.multiply(
-                number, np.int32(_STEPS + 1), out=arena.empty(context.count, np.int32), casting="unsafe"
-            )
+            first = np.multiply(number, _STEPS + 1, out=arena.empty(context.count, np.intp))
             np.add(lower, first, out=lower)
             if rows is not None:
-                np.add(lower, np.multiply(rows, np.int32(_SIDES * (_STEPS + 1)), out=first), out=lower)
+                np.add(lower, np.multiply(rows, _SIDES * (_STEPS + 1), out=first), out=lower)
         return _Cells(lower, share)
 
 

@@ -253,7 +253,7 @@ class PathTrace(Wavefront):
             paths.tmax = None
             hits, paths = gather(hits, order, arena), paths.at(order, arena)
             if paths.lane is None:
-                paths.lane = order.astype(np.int32)
+                paths.lane = order
         surface = self.scene.interact(hits, paths.o, paths.d, arena)
         last = depth == self.settings.depth - 1 and not self._last_ray_matters
         light = sampled = chance = None
@@ -356,12 +356,10 @@ class PathTrace(Wavefront):
         out.reset()
         d = out.take(scattered.wi, alive)
         kept = Paths(
-            lane=alive.astype(np.int32) if paths.lane is None else out.take(paths.lane, alive),
+            lane=alive if paths.lane is None else out.take(paths.lane, alive),
             keys=out.take(paths.keys, alive),
             slots=None if paths.slots is None else out.take(paths.slots, alive),
-            o=spawn(
-                arena.take(surface.p, alive), arena.take(surface.offset, alive), arena.take(surface.ng, alive), d, out
-            ),
+            o=out.take(spawn(surface.p, surface.offset, surface.ng, scattered.wi, arena), alive),
             d=d,
             tmax=None,
             beta=out.take(beta, alive),

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .wavefront import nonzero
+
 
 def roulette(beta, u, arena):
     """Lanes that survive by `u` (N,) in [0, 1), and each lane's chance to; without `u` all that carry something."""
@@ -16,7 +18,7 @@ def roulette(beta, u, arena):
             np.abs(row, out=t)
             np.maximum(chance, t, out=chance)
     if u is None:
-        return np.flatnonzero(chance), None
+        return nonzero(chance, arena), None
     # A path that carries little still finds light that others miss: the fourth root takes the least time to a given
     # error in docs/performance.md.
     np.sqrt(np.sqrt(np.minimum(chance, 1, out=chance), out=chance), out=chance)

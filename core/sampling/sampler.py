@@ -82,12 +82,15 @@ class Sampler:
         (len(dimensions), N) float32 in [0, 1)
         """
         out = arena.empty((len(dimensions), keys.size))
+        number, numbers = self._shifted, self._points
+        if group >= self._sobol_groups:
+            number, numbers = self._independent, self._hashes
         with arena.frame():
-            for row, dimension in zip(out, dimensions, strict=True):
-                if group < self._sobol_groups:
-                    bits = self._shifted(group, dimension, keys, slots, samples, arena)
-                else:
-                    bits = self._independent(group, dimension, keys, slots, samples, arena)
+            of_samples = np.array([[numbers(group, d, s) for s in samples] for d in dimensions], np.uint32)
+            of_lanes = of_samples if slots is None else arena.take(of_samples, slots)
+            bits = arena.empty(keys.size, np.uint32)
+            for row, dimension, own in zip(out, dimensions, of_lanes, strict=True):
+                number(group, dimension, keys, own, bits, arena)
                 np.right_shift(bits, np.uint32(8), out=bits)
                 np.copyto(row, bits.view(np.int32), casting="unsafe")
                 np.multiply(row, _TO_UNIT, out=row)
@@ -101,18 +104,21 @@ class Sampler:
         """
         return _owen_int(reverse_int(sample), hash_int(self.seed * 0x9E3779B1 + _SHUTTER)) / 2**32
 
-    def _shifted(self, group, dimension, keys, slots, samples, arena):
-        points = [scrambled_sobol(group, s, self.seed)[dimension] for s in samples]
-        x = _scalar_or_slots(points, slots, arena)
-        out = arena.empty(keys.size, np.uint32)
-        np.multiply(keys, np.uint32(hash_int(group * 4 + dimension + 1) | 1), out=out)
-        return np.bitwise_xor(out, x, out=out)
+    def _points(self, group, dimension, sample):
+        return scrambled_sobol(group, sample, self.seed)[dimension]
 
-    def _independent(self, group, dimension, keys, slots, samples, arena):
-        numbers = [hash_int(self.seed ^ hash_int(s * 0x3C6EF372 + group * 4 + dimension)) for s in samples]
-        out = arena.empty(keys.size, np.uint32)
-        np.add(keys, _scalar_or_slots(numbers, slots, arena), out=out)
-        return _mix(out, arena)
+    def _shifted(self, group, dimension, keys, points, out, arena):
+        """Write points, shifted by digits that follow from the lane's pixel."""
+        np.multiply(keys, np.uint32(hash_int(group * 4 + dimension + 1) | 1), out=out)
+        np.bitwise_xor(out, points, out=out)
+
+    def _hashes(self, group, dimension, sample):
+        return hash_int(self.seed ^ hash_int(sample * 0x3C6EF372 + group * 4 + dimension))
+
+    def _independent(self, group, dimension, keys, hashes, out, arena):
+        """Write hashes of the lane's pixel and those of its sample."""
+        np.add(keys, hashes, out=out)
+        _mix(out, arena)
 
 
 def hash_int(x):
@@ -171,12 +177,6 @@ def _directions():
             v.append(x)
         dimensions.append(tuple(v))
     return tuple(dimensions)
-
-
-def _scalar_or_slots(numbers, slots, arena):
-    if slots is None:
-        return np.uint32(numbers[0])
-    return arena.take(np.array(numbers, np.uint32), slots)
 
 
 def _mix(x, arena):
