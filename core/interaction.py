@@ -295,11 +295,12 @@ def _interpolate(corners, u, v, out, arena):
 def _turn(n, d, ng, front, arena):
     """Write `n` turned to the viewer and whether it was there before; +1 or -1 (N,) by which it was multiplied."""
     side = arena.empty(front.size)
-    dot(n, d, arena, out=side)
+    np.copyto(ng, n)  # dense from here on
+    dot(ng, d, arena, out=side)
     np.negative(side, out=side)
     np.copysign(1.0, side, out=side)
     np.greater(side, 0.0, out=front)
-    np.multiply(n, side, out=ng)
+    np.multiply(ng, side, out=ng)
     return side
 
 

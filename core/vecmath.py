@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """3-vectors over lanes: arrays (3, N) float32, results in the arena.
 
-Written out by component: it is faster than einsum or linalg.norm for vectors of three.
+Written out by component, which is faster than linalg.norm or cross for vectors of three; dot products by einsum, whose
+one call in place of five lets other threads run.
 """
 
 from __future__ import annotations
@@ -20,14 +21,7 @@ def dot(a, b, arena, out=None):
     n = lanes(a, b)
     if out is None:
         out = arena.empty(n)
-    with arena.frame():
-        t = arena.empty(n)
-        np.multiply(a[0], b[0], out=out)
-        np.multiply(a[1], b[1], out=t)
-        np.add(out, t, out=out)
-        np.multiply(a[2], b[2], out=t)
-        np.add(out, t, out=out)
-    return out
+    return np.einsum("i...,i...->...", a, b, out=out)
 
 
 def cross(a, b, arena):
