@@ -74,6 +74,7 @@ class _Render:
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
         self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, self._methods[0].extra)
         self._chunk = settings.chunk or self._methods[0].chunk
+        self._waves = self._methods[0].waves
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
@@ -164,9 +165,9 @@ class _Render:
         return tasks
 
     def _parts(self, pixels, count):
-        """Ranges of `pixels` whose `count` samples make tasks of equal size, about a chunk each."""
+        """Ranges of `pixels` whose `count` samples make tasks of equal size."""
         workers, lanes = len(self._workers), pixels * count
-        together = self._chunk * min(count, len(self._methods))  # each moment's samples fill a chunk
+        together = self._chunk * min(count, self._waves * len(self._methods))  # each moment's samples fill a chunk
         number = max(-(-lanes // together), min(workers, lanes // _FEWEST_LANES), 1)
         return _ranges(pixels, -(-number // workers) * workers)
 
@@ -197,7 +198,7 @@ class _Render:
 
     def _batches(self, first, count, pixels):
         """Yield (method, sample numbers) of chunks, moment after moment where the shutter is open for a time."""
-        at_once = max(1, min(self._chunk // pixels, _MOST_SAMPLES))
+        at_once = max(1, min(self._waves * self._chunk // pixels, _MOST_SAMPLES))
         if self._shutter:
             # The film marks powers of two, before which all samples of lower numbers must have been added.
             shares = [share for doubling in _doublings(first, count) for share in self._shutter.share(doubling)]

@@ -41,7 +41,7 @@ from . import aovs
 from .cryptomatte import matte_names, name_id, ranked
 from .light_passes import summed
 from .met import Met, features, smoothstep
-from .pathtrace import Paths
+from .paths import Paths
 from .transparency import pass_through, straight_weight
 from .wavefront import Chunk, Wavefront, Worker, gather
 

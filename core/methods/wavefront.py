@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import pairwise
 from threading import Event
 
 import numpy as np
@@ -89,6 +90,12 @@ class Chunk:
         """Number of lanes."""
         return self.pixels.size * len(self.samples)
 
+    def waves(self, lanes):
+        """Chunks of some of the samples, of about so many lanes: [(first lane, number of the first sample, Chunk)]."""
+        number = min(max(-(-self.lanes // lanes), 1), len(self.samples))
+        edges = [len(self.samples) * k // number for k in range(number + 1)]
+        return [(a * self.pixels.size, a, Chunk(self.pixels, self.samples[a:b])) for a, b in pairwise(edges)]
+
 
 class Wavefront:
     """Base of the methods; one object serves all workers.
@@ -102,11 +109,14 @@ class Wavefront:
     ----------
     chunk : int
         Lanes that are best traced together: many, so that calls cost little beside their work.
+    waves : int
+        As many times that is a task for `trace`, where there are so many.
     extra : int
         Channels of `radiance` beyond the picture's.
     """
 
     chunk = 163840
+    waves = 1
     extra = 0
 
     def __init__(self, compiled, settings):
