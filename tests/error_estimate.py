@@ -7,16 +7,21 @@
 from __future__ import annotations
 
 import argparse
+import os
 import tempfile
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from zraka.addon import headless
 from zraka.addon.bench.engines import open_blend
 from zraka.addon.bench.scenes import find
+from zraka.addon.monitor import error_picture
 from zraka.core.compile import compile_scene
 from zraka.core.film import INTERVAL_95, Film
 from zraka.core.render import render
@@ -39,24 +44,27 @@ def main():
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--adaptive", action="store_true")
     parser.add_argument("--keep", type=Path, help="folder for the references")
-    parser.add_argument("--what", choices=("error", "stop", "forecast"), default="error")
+    parser.add_argument("--pixels", type=int, default=PIXELS)
+    parser.add_argument("--what", choices=("error", "stop", "forecast", "cost"), default="error")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         for name in args.scenes:
-            job = job_of(name, Path(folder))
+            job = job_of(name, Path(folder), args.pixels)
             if args.what == "stop":
                 stops(name, job, args)
             elif args.what == "forecast":
                 forecasts(name, job, args)
+            elif args.what == "cost":
+                cost(name, job)
             else:
                 errors(name, job, args)
 
 
-def job_of(name, folder):
-    """A scene to be rendered by path tracing, `PIXELS` large, with no stopping rule."""
+def job_of(name, folder, pixels=PIXELS):
+    """A scene to be rendered by path tracing, of about so many pixels, with no stopping rule."""
     scene = open_blend(find(name, folder))
     aspect = scene.render.resolution_x / scene.render.resolution_y
-    height = round((PIXELS / aspect) ** 0.5)
+    height = round((pixels / aspect) ** 0.5)
     args = SimpleNamespace(method="pathtrace", samples=1, depth=None, threads=None, seed=None, time_limit=0)
     args.size = round(height * aspect), height
     job = headless.export(headless.load_blender(), scene, args)
@@ -134,6 +142,40 @@ def forecasts(name, job, args):
         f"{seconds:.1f} s | {last.seconds:.1f} s | {seconds / last.seconds:.2f} |",
         flush=True,
     )
+
+
+def cost(name, job):
+    """Share of the run time that the estimate takes: the marks, the errors, and the picture of where the error is."""
+    film_of(job, 4, 1)  # what is done once
+    for samples in (16, 128):
+        clock = Clock()
+        with pytest.MonkeyPatch.context() as patch:
+            for method in ("_mark", "error"):
+                patch.setattr(Film, method, clock.timing(getattr(Film, method)))
+            start = time.perf_counter()
+            film = film_of(job, samples, 1)
+            clock.timing(error_picture)(film)
+            seconds = time.perf_counter() - start
+        print(f"| {name} | {samples} | {seconds:.2f} s | {clock.seconds / seconds:.2%} |", flush=True)
+
+
+class Clock:
+    """Seconds of wall time in calls; those of workers count by their share of the processors."""
+
+    def __init__(self):
+        self.seconds = 0.0
+
+    def timing(self, call):
+        """The same call, timed."""
+
+        def timed(*args):
+            start = time.perf_counter()
+            result = call(*args)
+            share = 1 if threading.current_thread() is threading.main_thread() else os.cpu_count()
+            self.seconds += (time.perf_counter() - start) / share
+            return result
+
+        return timed
 
 
 if __name__ == "__main__":
