@@ -33,7 +33,7 @@ _SWITCHED = (
     ("use_pass_mist", "Mist", "Mist", "Z", "VALUE", "mist"),
     ("use_pass_position", "Position", "Position", "XYZ", "VECTOR", "position"),
     ("use_pass_normal", "Normal", "Normal", "XYZ", "VECTOR", "normal"),
-    ("use_pass_vector", "Vector", "Vector", "XYZW", "VECTOR", None),
+    ("use_pass_vector", "Vector", "Vector", "XYZW", "VECTOR", "vector"),
     ("use_pass_uv", "UV", "UV", "UVA", "VECTOR", "uv"),
     ("use_pass_object_index", "Object Index", "IndexOB", "X", "VALUE", "object_index"),
     ("use_pass_material_index", "Material Index", "IndexMA", "X", "VALUE", "material_index"),

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from ..core.settings import Settings
+from ..core.visibility import UNLIMITED
 from .preferences import preferred_threads
 
 ENGINE = "ZRAKA"
@@ -36,6 +37,9 @@ BAKES = (
     ("GLOSSY", "Glossy", "Light that is reflected as gloss, or its colour"),
     ("TRANSMISSION", "Transmission", "Light that comes through the surface, or its colour"),
 )
+BOUNCES = ("diffuse_bounces", "glossy_bounces", "transmission_bounces")
+ALL_BOUNCES = 1024
+"""A limit of one kind of bounce that is none."""
 OVERRIDES = ("reflectivity", "transparency", "ior", "exponent", "ambient")
 SAME_NAME = (
     "samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect filter_width "
@@ -52,6 +56,18 @@ def _tell(group, _):
 def _override(name):
     description = f"Give every material the same {name}"
     return BoolProperty(name=f"Override {name}", description=description, default=False, update=_tell)
+
+
+def _bounces(kind, what):
+    return IntProperty(
+        name=f"{kind} Bounces",
+        description=f"{what} along a path, as in Cycles; {ALL_BOUNCES} leaves all to the depth. "
+        "A small number loses light (too dark) and saves time",
+        default=ALL_BOUNCES,
+        min=0,
+        max=ALL_BOUNCES,
+        update=_tell,
+    )
 
 
 class ZrakaSceneSettings(bpy.types.PropertyGroup):
@@ -95,6 +111,9 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         soft_max=64,
         update=_tell,
     )
+    diffuse_bounces: _bounces("Diffuse", "Diffuse reflections")
+    glossy_bounces: _bounces("Glossy", "Glossy reflections and mirror rays")
+    transmission_bounces: _bounces("Transmission", "Passages through glass and what is translucent")
     transparent_depth: IntProperty(
         name="Transparent Depth",
         description="Transparent surfaces a ray may pass straight through; beyond them is black. "
@@ -281,6 +300,8 @@ def settings_of(scene, **overrides):
     """
     group = scene.zraka
     chosen = {name: getattr(group, name) for name in SAME_NAME}
+    limits = {name: getattr(group, name) for name in BOUNCES}
+    chosen |= {name: UNLIMITED if limit >= ALL_BOUNCES else limit for name, limit in limits.items()}
     chosen["method"], chosen["pixel_filter"] = group.method.lower(), group.pixel_filter.lower()
     fixed = scene.render.threads_mode == "FIXED"
     chosen["threads"] = scene.render.threads if fixed else preferred_threads()

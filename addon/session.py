@@ -34,7 +34,8 @@ class Job:
     """What there is to render, without Blender; `view` is the name of a stereo view, "" of the only one.
 
     `slices` are the scene in the middle of each slice of the time in which the shutter is open, all of them `scene`
-    itself where nothing moves; none without motion blur. `shot` is None where nobody wants to know how it went.
+    itself where nothing moves; none without motion blur. `around` are those a frame before and a frame after, where
+    motion vectors are asked for. `shot` is None where nobody wants to know how it went.
     """
 
     scene: Scene
@@ -43,6 +44,7 @@ class Job:
     export_seconds: float
     view: str = ""
     slices: tuple[Scene, ...] = ()
+    around: tuple[Scene, ...] = ()
     shot: Shot | None = None
 
 
@@ -73,7 +75,7 @@ def export_job(depsgraph, camera=None, size=None, frame_set=None, cache=None, **
     from ..core.shutter import slice_count
     from .export.cache import ExportCache
     from .export.camera import frame_size, render_border
-    from .export.motion import Still, export_slices, shutter_times
+    from .export.motion import Still, export_around, export_slices, shutter_times
     from .export.scene import export_scene
 
     started = time.perf_counter()
@@ -90,13 +92,15 @@ def export_job(depsgraph, camera=None, size=None, frame_set=None, cache=None, **
     blurred = frame_set is not None and scene.render.use_motion_blur and scene.render.motion_blur_shutter > 0
     still = Still() if blurred else None
     description = export_scene(depsgraph, diagnostics, camera, (width, height), cache=cache, still=still)
-    slices = ()
+    slices = around = ()
+    if "vector" in guides.names:
+        around = export_around(depsgraph, frame_set, description, camera, (width, height), cache, diagnostics)
     if blurred:
         if getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE") != "NONE":
             diagnostics.warn("a rolling shutter is not supported; all rows are exposed at once")
         times = shutter_times(scene.render, slice_count(settings.samples))
         slices = tuple(export_slices(depsgraph, frame_set, description, times, camera, (width, height), cache, still))
-    return Job(description, settings, diagnostics, time.perf_counter() - started, slices=slices)
+    return Job(description, settings, diagnostics, time.perf_counter() - started, slices=slices, around=around)
 
 
 def compile_job(job, before=None):
@@ -230,7 +234,7 @@ def render_job(job, engine, view_layer, before=None):
         film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
         if settings.guides.names and film.stats.get("stopped") != "cancelled":
             engine.update_stats("", "Rendering passes")
-            guides, names = _guides(middle, film, settings, engine.test_break)
+            guides, names = _guides(middle, film, settings, engine.test_break, job.around)
     finally:
         display.close(film, guides, names)
         if job.shot:
@@ -254,13 +258,14 @@ def _keep(job, film, place):
     monitor.end(shot, film, job.diagnostics.messages())
 
 
-def _guides(compiled, film, settings, cancelled):
+def _guides(compiled, film, settings, cancelled, around=()):
     """The pictures that passes show, and the names that their ids stand for."""
     from ..core.methods.cryptomatte import matte_names
     from ..core.methods.guides import render_guides
     from ..core.methods.light_passes import light_pictures
 
-    guides = render_guides(compiled, compiled.described, settings, cancelled) | light_pictures(film, settings)
+    guides = render_guides(compiled, compiled.described, settings, cancelled, around)
+    guides |= light_pictures(film, settings)
     return guides, matte_names(compiled, compiled.described, settings.guides)
 
 

@@ -103,6 +103,9 @@ def to_zraka(values):
         else 0.0,
         "adaptive": adaptive,
         "depth": values["max_bounces"] + 1,
+        "diffuse_bounces": values["diffuse_bounces"],
+        "glossy_bounces": values["glossy_bounces"],
+        "transmission_bounces": values["transmission_bounces"],
         "transparent_depth": values["transparent_max_bounces"],
         "clamp_direct": 3 * values["sample_clamp_direct"],
         "clamp_indirect": 3 * values["sample_clamp_indirect"],
@@ -132,22 +135,22 @@ def take_over(scene):
         setattr(scene.zraka, name, value)
     scene.zraka.took_over = True
     left = [words for name, (value, words) in _LEFT.items() if name in chosen and values[name] != value]
-    left += _left_bounces(values) + _left_lights(scene)
+    left += _left_lights(scene)
     said = (
         f"Taken over from Cycles: {settings['samples']} samples ({settings['viewport_samples']} in viewports), "
         f"noise target {settings['noise_target']:.4g}, depth {settings['depth']}, "
-        f"transparent depth {settings['transparent_depth']}, clamping {settings['clamp_direct']:.4g} and "
-        f"{settings['clamp_indirect']:.4g}, exposure {settings['exposure']:.4g}, filter, seed and time limit"
+        f"{_said_bounces(settings)}transparent depth {settings['transparent_depth']}, "
+        f"clamping {settings['clamp_direct']:.4g} and {settings['clamp_indirect']:.4g}, "
+        f"exposure {settings['exposure']:.4g}, filter, seed and time limit"
     )
     return f"{said}; not taken over: {', '.join(left)}" if left else said
 
 
-def _left_bounces(values):
-    """Limits of one kind of bounce: Zraka counts them all together."""
+def _said_bounces(settings):
+    """The limits of one kind of bounce that are below the depth's."""
     kinds = ("diffuse", "glossy", "transmission")
-    limits = [(kind, values[f"{kind}_bounces"]) for kind in kinds]
-    limits = [f"{limit} {kind}" for kind, limit in limits if limit < values["max_bounces"]]
-    return [f"the limits of {' and '.join(limits)} bounces"] if limits else []
+    limits = {kind: settings[f"{kind}_bounces"] for kind in kinds}
+    return "".join(f"{limit} {kind} bounces, " for kind, limit in limits.items() if limit < settings["depth"] - 1)
 
 
 def _left_lights(scene):

@@ -74,6 +74,7 @@ class VIEWLAYER_PT_zraka_passes_data(_PassesPanel, bpy.types.Panel):
         ("mist", "Mist"),
         ("position", "Position"),
         ("normal", "Normal"),
+        ("vector", "Vector"),
         ("uv", "UV"),
         ("object_index", "Object Index"),
         ("material_index", "Material Index"),

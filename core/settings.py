@@ -7,6 +7,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from .visibility import UNLIMITED
+
 METHODS = ("phong", "raycast", "raytrace", "pathtrace")
 
 AOV_COLOR, AOV_VALUE = "aov_color:", "aov_value:"
@@ -67,6 +69,10 @@ class Settings:
         Hits along a path: 1 sees direct light only; Blender's N bounces are N + 1.
     transparent_depth : int
         Straight passages through transparent surfaces that do not count as hits.
+    diffuse_bounces, glossy_bounces, transmission_bounces : int
+        Scatterings of one kind along a path, as Cycles counts them: after one more its next hit is the last, which
+        shows its own light alone. What is sent through a surface is transmission, diffuse or not. `UNLIMITED` leaves
+        all to `depth`.
     seed, threads : int
         `threads` 0 is one for each processor.
     tile, chunk : int
@@ -100,6 +106,9 @@ class Settings:
     samples: int = 128
     depth: int = 8
     transparent_depth: int = 8
+    diffuse_bounces: int = UNLIMITED
+    glossy_bounces: int = UNLIMITED
+    transmission_bounces: int = UNLIMITED
     seed: int = 0
     threads: int = 0
     tile: int = 32
@@ -126,6 +135,18 @@ class Settings:
         for name in ("width", "height", "samples", "depth", "tile"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
+        if min(self.bounces) < 0:
+            raise ValueError(f"limits of bounces must be at least 0, not {min(self.bounces)}")
+
+    @property
+    def bounces(self):
+        """Limits of diffuse, glossy and transmission bounces."""
+        return self.diffuse_bounces, self.glossy_bounces, self.transmission_bounces
+
+    @property
+    def limits_kinds(self):
+        """Whether a limit of one kind of bounce ends paths before `depth` does."""
+        return min(self.bounces) < self.depth - 1
 
     @property
     def region(self):

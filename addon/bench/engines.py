@@ -41,8 +41,9 @@ def match(scene):
     group.time_limit, group.adaptive = 0.0, False
     cycles.device, cycles.samples, cycles.seed = "CPU", group.samples, group.seed
     cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_animated_seed = False
-    for kind in ("max", "diffuse", "glossy", "transmission"):
-        setattr(cycles, f"{kind}_bounces", group.depth - 1)
+    cycles.max_bounces = group.depth - 1
+    for name in ("diffuse_bounces", "glossy_bounces", "transmission_bounces"):
+        setattr(cycles, name, min(getattr(group, name), group.depth - 1))
     cycles.transparent_max_bounces = group.transparent_depth
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.blur_glossy, cycles.light_sampling_threshold = 0.0, 0.0

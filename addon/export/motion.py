@@ -79,12 +79,12 @@ def export_slices(depsgraph, frame_set, first, times, camera, size, cache, still
     times : sequence of float
         In frames from there, ascending.
     camera, size, cache, still
-        As of `export_scene`; `first` was exported with them.
+        As of `export_scene`; `first` was exported with them. Without `still`, switches of motion blur mean nothing.
     """
     scene = depsgraph.scene_eval
     unheard = Diagnostics()  # all of it was said of the frame itself
     camera = camera or scene.camera
-    blurs_camera = _switch(camera, "use_motion_blur")
+    blurs_camera = still is None or _switch(camera, "use_motion_blur")
     frame, subframe, slices, latest = scene.frame_current, scene.frame_subframe, [], first
     try:
         for time in times:
@@ -101,6 +101,27 @@ def export_slices(depsgraph, frame_set, first, times, camera, size, cache, still
         frame_set(frame, subframe)
         cache.follow(depsgraph, shading=False)
     return slices
+
+
+def export_around(depsgraph, frame_set, first, camera, size, cache, diagnostics):
+    """The scene a frame before and a frame after, for the pass of motion vectors; () where they cannot be told.
+
+    Parameters
+    ----------
+    depsgraph, frame_set, first, camera, size, cache
+        As of `export_slices`; without `frame_set` no other frame is reached.
+    diagnostics : Diagnostics
+    """
+    if depsgraph.scene_eval.render.use_motion_blur:
+        reason = "with motion blur, as in Cycles"
+    elif first.camera.projection == "PANORAMIC":
+        reason = "with panoramic cameras"
+    elif frame_set is None:
+        reason = "in stereo views"
+    else:
+        return tuple(export_slices(depsgraph, frame_set, first, (-1.0, 1.0), camera, size, cache, None))
+    diagnostics.warn(f"the pass 'Vector' stays empty {reason}")
+    return ()
 
 
 def _set_time(frame_set, time):

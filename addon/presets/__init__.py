@@ -11,8 +11,8 @@ from bl_ui.utils import PresetPanel
 
 FOLDER = "zraka/sampling"
 VALUES = (
-    "samples viewport_samples noise_target viewport_noise_target adaptive time_limit depth transparent_depth "
-    "clamp_direct clamp_indirect pixel_filter filter_width"
+    "samples viewport_samples noise_target viewport_noise_target adaptive time_limit depth diffuse_bounces "
+    "glossy_bounces transmission_bounces transparent_depth clamp_direct clamp_indirect pixel_filter filter_width"
 ).split()
 
 

@@ -110,10 +110,14 @@ class RENDER_PT_zraka_max_bounces(Panel, bpy.types.Panel):
     bl_parent_id = "RENDER_PT_zraka_light_paths"
 
     def draw_settings(self, column, context):
-        """Draw depths; Phong and ray casting stop at the first hit."""
+        """Draw depths; Phong and ray casting stop at the first hit, and ray tracing at what is diffuse."""
         settings = context.scene.zraka
         if settings.method in {"RAYTRACE", "PATHTRACE"}:
             column.prop(settings, "depth")
+            if settings.method == "PATHTRACE":
+                column.prop(settings, "diffuse_bounces", text="Diffuse")
+            column.prop(settings, "glossy_bounces", text="Glossy")
+            column.prop(settings, "transmission_bounces", text="Transmission")
         column.prop(settings, "transparent_depth", text="Transparent")
 
 

@@ -27,6 +27,7 @@ class Feature(enum.Flag):
     FAR_CLIP = enum.auto()
     LIGHT_PATH = enum.auto()  # shaders that ask what kind of ray met them
     VISIBILITY = enum.auto()  # objects and lights that not every ray sees, or every object is lit by
+    BOUNCE_LIMITS = enum.auto()  # paths that a limit of one kind of bounce ends
 
     @classmethod
     def all(cls):
@@ -52,6 +53,7 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.SEVERAL_PROGRAMS: len(programs) > 1,
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
         Feature.FAR_CLIP: camera.has_far,
+        Feature.BOUNCE_LIMITS: settings.limits_kinds,
         Feature.LIGHT_PATH: lights.environment.by_ray or any(p.operations & _ASK_FOR_RAYS for p in programs),
     }
     found = Feature(0)

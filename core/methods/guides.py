@@ -9,6 +9,7 @@ depth                     1     along the view axis; 1e10 where nothing is
 position                  3     in the world
 normal                    3     in the world, turned to the viewer, textures and bumps included
 uv                        3     the active map; the third is 1 where there is one
+vector                    4     pixels to the place a frame before, from that a frame after (`vectors`)
 object_index              1     and material_index
 mist                      1     0 near, 1 far and where nothing is
 diffuse_color             3     and glossy_color, transmission_color: of the lobes, without light
@@ -40,15 +41,16 @@ from ..spaces import transform_direction, transform_point
 from . import aovs
 from .cryptomatte import matte_names, name_id, ranked
 from .light_passes import summed
-from .met import Met, features, smoothstep
+from .met import Met, features, shown
 from .paths import Paths
 from .transparency import pass_through, straight_weight
+from .vectors import Vectors, mean
 from .wavefront import Chunk, Wavefront, Worker, gather
 
 NOTHING = 1e10  # the depth of what is not there
 
 _OF_CENTRE = {"depth": 1, "position": 3, "object_index": 1, "material_index": 1}
-_OF_SOLID = {"normal": 3, "uv": 3}
+_OF_SOLID = {"normal": 3, "uv": 3, "vector": 4}
 _COLORS = ("diffuse_color", "glossy_color", "transmission_color")
 _DENOISING = {
     "denoising_albedo": 3,
@@ -63,12 +65,10 @@ CHANNELS = _OF_CENTRE | _OF_SOLID | _BLENDED | _DENOISING
 
 _FALLOFFS = {"QUADRATIC": np.square, "LINEAR": lambda x: x, "INVERSE_QUADRATIC": np.sqrt}
 _MIRRORED = 8  # surfaces in a row that show others
-_PLAIN_SHARE = 0.25  # a surface with less of itself to show is looked through. Source: Cycles
-_SHARE_OF_ALL = 0.5  # with that it shows itself alone, where this is blended. Source: Cycles
 _POLL = 0.05  # seconds between two looks at `cancelled`
 
 
-def render_guides(compiled, scene, settings, cancelled=lambda: False):
+def render_guides(compiled, scene, settings, cancelled=lambda: False, around=()):
     """Render the guides that `settings.guides` names.
 
     Parameters
@@ -79,6 +79,8 @@ def render_guides(compiled, scene, settings, cancelled=lambda: False):
     settings : Settings
     cancelled : callable, optional
         Polled on the calling thread; True stops.
+    around : pair of core.scene.Scene, optional
+        A frame before and a frame after; without them there is no "vector".
 
     Returns
     -------
@@ -86,9 +88,11 @@ def render_guides(compiled, scene, settings, cancelled=lambda: False):
         By name, row 0 at the bottom; empty where nothing was asked for or the work was stopped.
     """
     names = {n for n in settings.guides.names if n in CHANNELS or n in _MATTES or aovs.is_aov(n)} - {*summed(settings)}
+    names -= set() if around else {"vector"}
     if not names:
         return {}
-    tracer = _Guides(compiled, scene, replace(settings, guides=replace(settings.guides, names=frozenset(names))))
+    settings = replace(settings, guides=replace(settings.guides, names=frozenset(names)))
+    tracer = _Guides(compiled, scene, settings, around)
     x0, y0, x1, y1 = settings.region
     rows = np.arange(y0, y1, dtype=np.int32)[:, None] * np.int32(settings.width)
     pixels = (rows + np.arange(x0, x1, dtype=np.int32)).ravel()
@@ -119,8 +123,9 @@ def render_guides(compiled, scene, settings, cancelled=lambda: False):
 
 
 class _Guides(Wavefront):
-    def __init__(self, compiled, scene, settings):
+    def __init__(self, compiled, scene, settings, around=()):
         super().__init__(compiled, settings)
+        self._vectors = Vectors(compiled, scene, around, settings) if around else None
         options = settings.guides
         self._names, self._options = options.names, options
         self._samples = min(options.samples, settings.samples)
@@ -157,6 +162,8 @@ class _Guides(Wavefront):
     def trace_part(self, pixels, places, out, worker):
         """Write pixels of the pictures `out`; left as they are when stopped."""
         sums = {name: np.zeros((len(out[name]), pixels.size), np.float32) for name in self._names - set(_MATTES)}
+        if "vector" in sums:
+            sums["vector"] = np.zeros((5, pixels.size), np.float32)
         met = {name: np.zeros((self._samples, pixels.size), np.int32) for name in self._mattes}
         weight = np.zeros((self._samples, pixels.size), np.float32)
         for sample in range(self._samples):
@@ -166,6 +173,8 @@ class _Guides(Wavefront):
             self._trace_sample(
                 Chunk(pixels, (sample,)), sums, {n: m[sample] for n, m in met.items()}, weight[sample], worker
             )
+        if "vector" in sums:
+            out["vector"][:, places] = mean(sums.pop("vector"))
         for name, total in sums.items():
             out[name][:, places] = total if name in _OF_CENTRE else total / np.float32(self._samples)
         if "mist" in out:
@@ -266,6 +275,8 @@ class _Guides(Wavefront):
         if "uv" in names:
             sums["uv"][:2, lane] += uv_at(geometry, "", surface.prim, surface.u, surface.v, arena)
             sums["uv"][2, lane] += self._has_uv[number]
+        if "vector" in names:
+            self._vectors.add(met, sums["vector"], arena)
 
     # -- what is blended -----------------------------------------------------------------------------------------------
 
@@ -349,7 +360,7 @@ class _Guides(Wavefront):
             told, lane = features(part, arena, blends), met.lane[part[0]]
             beta = lanes.beta[:, lane]
             last = depth == _MIRRORED - 1
-            shows = np.ones(lane.size, np.float32) if last else _shown(told.share, blends)
+            shows = np.ones(lane.size, np.float32) if last else shown(told.share, blends)
             turned = transform_direction(self.scene.geometry.view.to_camera, told.normal, arena)
             added = {
                 "denoising_albedo": (told.albedo + told.specular if last else told.albedo) * beta * shows,
@@ -382,13 +393,6 @@ def _missing(lane, lanes):
     missed = np.ones(lanes.keys.size, bool)
     missed[lane] = False
     return np.flatnonzero(missed)
-
-
-def _shown(share, blends):
-    """How much surfaces show themselves, (n,), by the `share` of their lobes that do. Source: Cycles."""
-    if not blends:
-        return (share > _PLAIN_SHARE).astype(np.float32)
-    return smoothstep(share / _SHARE_OF_ALL)
 
 
 def _floats(values):

@@ -27,7 +27,8 @@ def holes(scene, hits, o, d, ray, arena):
         lanes = slice(None) if lanes is None else lanes
         part = surface if isinstance(lanes, slice) else gather(surface, lanes, arena)
         constants = scene.materials.constants(number, "holdout", material[lanes], arena)
-        share[lanes] = code.run(surface_context(part, scene.geometry, arena, ray.at(lanes)), constants)["H"]
+        value = code.run(surface_context(part, scene.geometry, arena, ray.at(lanes)), constants)["H"]
+        share[lanes] = value.mean(axis=0) if value.ndim > 1 else value  # of a coloured mix, as alpha has one channel
     return met, np.clip(share, 0, 1, out=share)
 
 

@@ -265,6 +265,8 @@ class LocalModel(Wavefront):
         np.multiply(phong.k_t, total, out=mirrored)
         np.subtract(phong.k_t, mirrored, out=passed)
         np.add(mirrored, phong.k_s, out=mirrored)
+        if Feature.BOUNCE_LIMITS in self.features:
+            self._end_spent(rays, level, mirrored, passed)
         parts = []
         for refracted, (wi, weight) in enumerate(((reflect(surface.wo, surface.ns, arena), mirrored), (bent, passed))):
             if rays.weight is not None:
@@ -274,12 +276,18 @@ class LocalModel(Wavefront):
             if kept.size:
                 d, p, offset, ng = (arena.take(a, kept) for a in (wi, surface.p, surface.offset, surface.ng))
                 parts.append((spawn(p, offset, ng, d, arena), d, arena.take(weight, kept), arena.take(lane, kept)))
-                if self.features & (Feature.LIGHT_PATH | Feature.VISIBILITY):
+                if self.features & (Feature.LIGHT_PATH | Feature.VISIBILITY | Feature.BOUNCE_LIMITS):
                     parts[-1] += (_trail(rays, kept, refracted, arena),)
         if not parts:
             return None
         o, d, *rest = (_stacked(column, out) for column in zip(*parts, strict=True))
         return Rays(o, d, None, *rest)
+
+    def _end_spent(self, rays, level, mirrored, passed):
+        """Set weights (3, N) of mirror and of refracted rays to 0 where a path has as many as it may."""
+        refractions = np.float32(0) if rays.trail is None else rays.trail[1]
+        np.copyto(mirrored, 0, where=level - refractions >= self.settings.glossy_bounces)
+        np.copyto(passed, 0, where=refractions >= self.settings.transmission_bounces)
 
 
 def _lobe(exponent, along, arena):

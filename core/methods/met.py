@@ -15,6 +15,8 @@ from ..vecmath import dot, normalize
 from .transparency import straight_weight
 from .wavefront import gather, surface_context
 
+_PLAIN_SHARE = 0.25  # a surface with less of itself to show is looked through. Source: Cycles
+_SHARE_OF_ALL = 0.5  # with that it shows itself alone, where this is blended. Source: Cycles
 _SPECULAR_ALPHA = 0.075  # narrower lobes show what they reflect rather than themselves. Source: Cycles
 _PLAIN_ALPHA = 0.15  # lobes of that width show only themselves, where this is blended. Source: Cycles
 
@@ -177,6 +179,13 @@ def features(part, arena, blends=False):
     black = total == 0
     total[black] = share[black] = 1
     return Features(albedo, specular, _unit_or(normal, surface.ns, arena), roughness / total, share / total)
+
+
+def shown(share, blends):
+    """How much surfaces show themselves, (n,), by the `share` of their lobes that do. Source: Cycles."""
+    if not blends:
+        return (share > _PLAIN_SHARE).astype(np.float32)
+    return smoothstep(share / _SHARE_OF_ALL)
 
 
 def smoothstep(x):

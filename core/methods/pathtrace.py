@@ -17,6 +17,7 @@ from ..interaction import SHADOW_EPSILON, spawn, spawn_to
 from ..nodes.base import SHADOW_RAY
 from ..sampling.mis import weight as mis_weight
 from ..sampling.sampler import Draw
+from .bounce_limits import ending
 from .holdout import has_holdouts, holes
 from .joining import joined, joined_samples
 from .paths import Paths, together
@@ -41,7 +42,7 @@ class PathTrace(Wavefront):
         super().__init__(compiled, settings)
         features = compiled.features
         self._straight = Feature.TRANSPARENCY in features
-        self._tells_rays = Feature.LIGHT_PATH in features
+        self._tells_rays = bool(features & (Feature.LIGHT_PATH | Feature.BOUNCE_LIMITS))
         self._has_lights = Feature.DIRECT_LIGHT in features
         stages = {
             Feature.ENVIRONMENT: (
@@ -57,6 +58,8 @@ class PathTrace(Wavefront):
             self._arrivals += (self._clear_film,)
             if has_holdouts(compiled):
                 self._arrivals += (self._cut_holes,)
+        if Feature.BOUNCE_LIMITS in features:
+            self._arrivals += (ending(settings),)
         met_by_chance = Feature.ENVIRONMENT | Feature.EMISSIVE_SURFACES | Feature.LAMPS
         self._last_ray_matters = bool(features & met_by_chance)
         # The third number chooses between lobes, or between reflection and refraction; the last row stands in for it.

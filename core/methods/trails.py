@@ -78,6 +78,14 @@ def after_scattering(trail, sample, ng, lanes, arena, out):
     return after
 
 
+def spent(trail, limits):
+    """Paths that scattered more often than one of `limits` allows, of diffuse, glossy and transmission bounces."""
+    over = trail[_DIFFUSE_DEPTH] > limits[0]
+    over |= trail[_GLOSSY_DEPTH] > limits[1]
+    over |= trail[_TRANSMISSION_DEPTH] > limits[2]
+    return np.flatnonzero(over)
+
+
 def _depths(trail, depth):
     return {
         "depth": depth,

@@ -2,8 +2,8 @@
 """The measured rows of docs/coverage.md: every case of every kind beside Cycles.
 
 ``python -m zraka.tests.addon.coverage`` measures all, a quarter of an hour; names of sections (``lights``, ``camera``,
-``visibility``, ``worlds``, ``motion``, ``geometry``) choose some. Rows stand between ``<!-- section -->`` and
-``<!-- /section -->``; what is written around them stays.
+``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``) choose some. Rows stand between
+``<!-- section -->`` and ``<!-- /section -->``; what is written around them stays.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import bpy
 
 import zraka
 
-from . import camera_cases, geometry_cases, light_cases, motion_cases, visibility_cases, world_cases
+from . import bounce_cases, camera_cases, geometry_cases, light_cases, motion_cases, visibility_cases, world_cases
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "coverage.md"
 
@@ -55,6 +55,11 @@ def of_visibility(scene, case):
     return percent(visibility_cases.measure(case)[0]), case.note
 
 
+def of_bounces(scene, case):
+    """Of limits of bounces."""
+    return percent(bounce_cases.measure(case)[0]), case.note
+
+
 def of_world(scene, case):
     """Of a world."""
     return percent(world_cases.measure(scene, case)[0]), case.note
@@ -71,6 +76,7 @@ def of_motion(scene, case):
 SECTIONS = {
     "camera": (camera_cases.CASES, of_camera),
     "lights": (light_cases.CASES, of_light),
+    "bounces": (bounce_cases.CASES, of_bounces),
     "worlds": (world_cases.CASES, of_world),
     "visibility": (visibility_cases.CASES, of_visibility),
     "motion": (motion_cases.CASES, of_motion),

@@ -17,7 +17,8 @@ from zraka.core.diagnostics import Diagnostics, SceneError
 from zraka.core.film import Film
 from zraka.core.settings import METHODS, Settings
 
-SETTINGS = """method samples depth transparent_depth seed time_limit noise_target adaptive clamp_direct clamp_indirect
+SETTINGS = """method samples depth diffuse_bounces glossy_bounces transmission_bounces transparent_depth seed time_limit
+noise_target adaptive clamp_direct clamp_indirect
 use_reflectivity reflectivity use_transparency transparency use_ior ior use_exponent exponent use_ambient ambient"""
 
 

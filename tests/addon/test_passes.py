@@ -151,9 +151,9 @@ def test_what_is_not_rendered_is_named(blender_scene):
     class Layer:
         passes = ()
 
-    assert passes.missing_passes(Layer, view_layer) == ["Shadow", "Vector"]
+    assert passes.missing_passes(Layer, view_layer) == ["Shadow"]
     direct = "Diffuse Direct" if bpy.app.version >= (5, 0) else "DiffDir"
-    assert passes.missing_passes(Layer, view_layer, "raytrace") == [direct, "Shadow", "Vector"]
+    assert passes.missing_passes(Layer, view_layer, "raytrace") == [direct, "Shadow"]
 
 
 # -- beside Cycles -----------------------------------------------------------------------------------------------------

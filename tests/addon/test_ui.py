@@ -14,6 +14,7 @@ from zraka.addon import headless, monitor, preferences, presets, properties, tak
 from zraka.addon.ui import curve
 from zraka.core.film import Film, Step
 from zraka.core.settings import Settings
+from zraka.core.visibility import UNLIMITED
 
 
 class Layout:
@@ -108,7 +109,11 @@ def test_every_panel_draws(context, method):
     hidden = {name for name, words in seen.items() if words is None} - {"mesh"}
     only_paths, only_classic = {"RENDER_PT_zraka_clamping"}, {"RENDER_PT_zraka_overrides"}
     assert hidden == (only_classic if method == "PATHTRACE" else only_paths)
-    assert ("depth" in seen["RENDER_PT_zraka_max_bounces"]) == (method in {"RAYTRACE", "PATHTRACE"})
+    limits = [name for name in seen["RENDER_PT_zraka_max_bounces"] if name.endswith(("depth", "bounces"))]
+    assert limits == {
+        "RAYTRACE": ["depth", "glossy_bounces", "transmission_bounces", "transparent_depth"],
+        "PATHTRACE": ["depth", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_depth"],
+    }.get(method, ["transparent_depth"])
 
 
 def test_no_panel_is_shown_to_other_engines(context):
@@ -198,6 +203,7 @@ def test_cycles_settings_are_taken_over(fresh):
     cycles.samples, cycles.preview_samples, cycles.adaptive_threshold = 77, 33, 0.05
     cycles.use_preview_adaptive_sampling = False
     cycles.max_bounces, cycles.transparent_max_bounces = 5, 6
+    cycles.diffuse_bounces, cycles.glossy_bounces, cycles.transmission_bounces = 1, 0, 12
     cycles.sample_clamp_direct, cycles.sample_clamp_indirect = 0.0, 4.0
     cycles.film_exposure, cycles.pixel_filter_type, cycles.filter_width = 2.0, "GAUSSIAN", 2.5
     cycles.seed, cycles.time_limit = 9, 60.0
@@ -209,6 +215,9 @@ def test_cycles_settings_are_taken_over(fresh):
         height=found.height,
         samples=77,
         depth=6,
+        diffuse_bounces=1,
+        glossy_bounces=0,
+        transmission_bounces=12,
         transparent_depth=6,
         seed=9,
         time_limit=60.0,
@@ -238,11 +247,21 @@ def test_it_happens_once_and_only_where_nothing_was_chosen(fresh):
     assert fresh.zraka.samples == 50
 
 
-def test_limits_of_one_kind_of_bounce_are_named(fresh):
+def test_limits_of_one_kind_of_bounce_are_told_where_they_count(fresh):
     fresh.cycles.samples = 50
-    assert "not taken over: the limits of 4 diffuse and 4 glossy bounces" in takeover.take_over(fresh)
+    said = takeover.take_over(fresh)
+    assert "depth 13, 4 diffuse bounces, 4 glossy bounces, transparent depth 8" in said
+    assert "not taken over" not in said
     fresh.cycles.max_bounces = 4
-    assert "not taken over" not in takeover.take_over(fresh)
+    assert "depth 5, transparent depth 8" in takeover.take_over(fresh)
+
+
+def test_as_many_bounces_as_the_slider_has_are_no_limit(fresh):
+    """Blender's own files have deep paths too."""
+    fresh.zraka.depth = 4000
+    assert not properties.settings_of(fresh).limits_kinds
+    fresh.zraka.glossy_bounces = 1023
+    assert properties.settings_of(fresh).bounces == (UNLIMITED, 1023, UNLIMITED)
 
 
 def test_the_button_takes_defaults_over_too(blender_scene):

@@ -22,7 +22,8 @@ def guides(description, *names, size=16, samples=4, **options):
     own = {k: options.pop(k) for k in ("threads", "chunk") if k in options}
     chosen = Guides(names=frozenset(names), **options)
     settings = Settings(width=size, height=size, samples=samples, guides=chosen, **({"threads": 1} | own))
-    return render_guides(compile_scene(description, settings, Diagnostics()), description, settings)
+    compiled = compile_scene(description, settings, Diagnostics())
+    return render_guides(compiled, description, settings, around=(description, description))
 
 
 def centre(picture, size=16):

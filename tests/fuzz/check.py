@@ -96,7 +96,7 @@ def _check_method(compiled, forced, settings, tame):
 
 
 def _check_guides(compiled, scene, settings, tame):
-    pictures = render_guides(compiled, scene, settings)
+    pictures = render_guides(compiled, scene, settings, around=(scene, scene))
     matte_names(compiled, scene, settings.guides)
     for name, picture in pictures.items():
         if tame and not np.isfinite(picture).all():

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -235,7 +235,7 @@ def random_settings(numbers):
     if numbers.chance(0.2):
         names = frozenset(name for name in [*sorted(CHANNELS), "crypto_object"] if numbers.chance(0.5))
         guides = Guides(names, samples=2, mist_depth=numbers.size(), levels=numbers.choice((2, 6)))
-    return Settings(
+    settings = Settings(
         width=width,
         height=height,
         border=(0, 0, 1, 1) if numbers.chance(0.05) else None,
@@ -253,3 +253,7 @@ def random_settings(numbers):
         guides=guides,
         **overrides,
     )
+    if not numbers.chance(0.2):
+        return settings
+    kinds = ("diffuse", "glossy", "transmission")
+    return replace(settings, **{f"{kind}_bounces": numbers.choice((0, 1, 4)) for kind in kinds})
