@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .camera_description import Camera, Panorama, ThinLens  # noqa: F401 - words of a scene
-from .geometry_description import Attribute, ObjectInfo, TextureSpace
+from .geometry_description import Attribute, LampNodes, ObjectInfo, TextureSpace
 from .visibility import LAMP, SEEN_BY_ALL, Visibility
 
 IDENTITY = np.eye(4)
@@ -290,6 +290,7 @@ class PointLight:
     casts_shadow: bool = True
     name: str = "point"
     visibility: Visibility = LAMP
+    nodes: LampNodes | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,6 +308,7 @@ class SpotLight:
     casts_shadow: bool = True
     name: str = "spot"
     visibility: Visibility = LAMP
+    nodes: LampNodes | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,6 +322,7 @@ class SunLight:
     casts_shadow: bool = True
     name: str = "sun"
     visibility: Visibility = LAMP
+    nodes: LampNodes | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -339,6 +342,7 @@ class AreaLight:
     casts_shadow: bool = True
     name: str = "area"
     visibility: Visibility = LAMP
+    nodes: LampNodes | None = None
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight

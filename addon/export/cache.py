@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import bpy
+import numpy as np
 
 from .updates import address
 
@@ -37,6 +38,8 @@ class ExportCache:
     ----------
     meshes, materials, images, worlds : dict
         `Kept` by key. A key alone does not tell that a thing is still the same: Blender uses its memory again.
+    lamps : dict
+        Shaders of lamps by the lamp's address. They are read anew and compared.
     """
 
     def __init__(self):
@@ -45,7 +48,7 @@ class ExportCache:
 
     def clear(self):
         """Forget everything."""
-        self.meshes, self.materials, self.images, self.worlds = {}, {}, {}, {}
+        self.meshes, self.materials, self.images, self.worlds, self.lamps = {}, {}, {}, {}, {}
 
     def follow(self, depsgraph, shading=True):
         """Forget what the updates of `depsgraph` (bpy.types.Depsgraph) name.
@@ -77,6 +80,22 @@ class ExportCache:
             {key: kept for key, kept in _without(things, shaders).items() if not kept.passing}
             for things in (self.materials, self.worlds)
         )
+
+
+def is_same_graph(one, other):
+    """Whether two `core.scene.Material`s have the same nodes, of the same constants and images."""
+    return (one.name, one.surface, len(one.nodes)) == (other.name, other.surface, len(other.nodes)) and all(
+        a.op == b.op and a.inputs == b.inputs and _is_same(a.properties, b.properties)
+        for a, b in zip(one.nodes, other.nodes, strict=True)
+    )
+
+
+def _is_same(some, others):
+    """Whether two mappings to plain values, arrays and things compared by identity are equal."""
+    return some.keys() == others.keys() and all(
+        np.array_equal(v, others[k]) if isinstance(v, np.ndarray) else v is others[k] or v == others[k]
+        for k, v in some.items()
+    )
 
 
 def _without(kept, owners):

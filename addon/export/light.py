@@ -11,7 +11,7 @@ from .graph import GraphReader
 from .versions import casts_shadow, exposure, normalizes, shader_tree, temperature_color
 
 
-def export_light(light, transform, name, images, diagnostics, visibility=LAMP):
+def export_light(light, transform, name, shader, diagnostics, visibility=LAMP, info=None):
     """One light.
 
     Parameters
@@ -20,10 +20,12 @@ def export_light(light, transform, name, images, diagnostics, visibility=LAMP):
     transform : (4, 4) float64
         Object to world. Its scale stretches area lights; the radius of other lights ignores it, as in Cycles.
     name : str
-    images : callable
-        bpy image to core image.
+    shader : core.scene.Material
+        From `export_lamp_shader`.
     diagnostics : Diagnostics
     visibility : Visibility
+    info : callable, optional
+        ``info() -> ObjectInfo`` for nodes, where there are some.
 
     Returns
     -------
@@ -35,9 +37,12 @@ def export_light(light, transform, name, images, diagnostics, visibility=LAMP):
     if light.type == "AREA" and getattr(cycles, "is_portal", False):
         return None
     _diagnose(light, transform, place, diagnostics)
-    strength = _strength(light, place, images, diagnostics)
+    factor = _constant_factor(shader)
+    strength = _strength(light, factor or (1.0, 1.0, 1.0))
     common = {"normalize": normalizes(light), "casts_shadow": casts_shadow(light), "name": name}
     common["visibility"] = visibility
+    if factor is None:
+        common["nodes"] = description.LampNodes(shader, transform, description.ObjectInfo() if info is None else info())
     position = tuple(float(v) for v in transform[:3, 3])
     direction = _unit(-transform[:3, 2])
     if light.type == "SUN":
@@ -54,28 +59,44 @@ def export_light(light, transform, name, images, diagnostics, visibility=LAMP):
     return description.PointLight(position, strength, **common)
 
 
-def _strength(light, place, images, diagnostics):
-    """Power (W) or irradiance (W/m2) of each channel: energy, exposure, colours and Emission node."""
-    scale = light.energy * 2.0 ** exposure(light)
-    colors = light.color, temperature_color(light), _emission(light, place, images, diagnostics)
-    return tuple(float(scale * a * b * c) for a, b, c in zip(*colors, strict=True))
+def export_lamp_shader(light, images, diagnostics):
+    """The node tree of a light; a white Emission where it has none.
 
+    Parameters
+    ----------
+    light : bpy.types.Light
+    images : callable
+        bpy image to core image.
+    diagnostics : Diagnostics
 
-def _emission(light, place, images, diagnostics):
-    """What the light's nodes multiply its colour with; white where they are more than one constant Emission."""
+    Returns
+    -------
+    core.scene.Material
+        Of no surface where nothing reaches the output.
+    """
     tree = shader_tree(light)
     output = tree and tree.get_output_node("CYCLES")
     if output is None:
-        return (1.0, 1.0, 1.0)
-    reader = GraphReader(tree, place, images, diagnostics)
+        return description.Material.emission(name=light.name)
+    reader = GraphReader(tree, f"light '{light.name}'", images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
-    if surface is None:
+    if any(node.bl_idname == "ShaderNodeOutputAOV" for node in tree.nodes):
+        diagnostics.warn("shader AOVs of a light are not rendered", f"light '{light.name}'")
+    return description.Material(light.name, tuple(reader.nodes), surface)
+
+
+def _constant_factor(shader):
+    """What one constant Emission multiplies the light's colour with; None where there are other nodes."""
+    if shader.surface is None:
         return (0.0, 0.0, 0.0)
-    color = constant_radiance(reader.nodes[surface], "emission")
-    if color is None:
-        diagnostics.warn("light nodes other than one constant Emission are not supported and ignored", place)
-        return (1.0, 1.0, 1.0)
-    return color
+    return constant_radiance(shader.nodes[shader.surface], "emission")
+
+
+def _strength(light, factor):
+    """Power (W) or irradiance (W/m2) of each channel: energy, exposure and colours."""
+    scale = light.energy * 2.0 ** exposure(light)
+    colors = light.color, temperature_color(light), factor
+    return tuple(float(scale * a * b * c) for a, b, c in zip(*colors, strict=True))
 
 
 def constant_radiance(node, op):

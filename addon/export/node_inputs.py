@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import os
+
+import bpy
 import numpy as np
 
 
@@ -16,3 +19,16 @@ def texture_coordinate(node):
     except np.linalg.LinAlgError:
         inverse = np.linalg.pinv(matrix)
     return {"matrix": tuple(inverse.ravel().tolist())}
+
+
+def ies(node):
+    """Properties of an IES Texture node: the file's text, "" where it is missing, and its name."""
+    if node.mode == "INTERNAL":
+        return {"text": node.ies.as_string(), "name": node.ies.name} if node.ies else {"text": "", "name": ""}
+    path = bpy.path.abspath(node.filepath, library=node.id_data.library)
+    try:
+        with open(path, encoding="latin-1") as file:
+            text = file.read()
+    except OSError:
+        text = ""
+    return {"text": text, "name": os.path.basename(path)}

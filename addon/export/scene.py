@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import bpy
 import numpy as np
 
 from ...core import scene as description
 from ...core.compile.needs import needs_of
-from .cache import ExportCache, Kept
+from .cache import ExportCache, Kept, is_same_graph
 from .camera import export_camera, frame_size, render_border
 from .hair import export_curves, export_hair, has_hair
 from .image import Images
-from .light import export_light
+from .light import export_lamp_shader, export_light
 from .material import Materials, keep_shader
 from .mesh import export_mesh
 from .object_info import ObjectInfos
@@ -101,8 +102,8 @@ class _Objects:
         self._override = depsgraph.view_layer_eval.material_override
         self._depsgraph = depsgraph
         self._diagnostics = diagnostics
-        self._known, self._known_worlds = cache.meshes, cache.worlds
-        self._meshes, self._worlds = {}, {}
+        self._known, self._known_worlds, self._known_lamps = cache.meshes, cache.worlds, cache.lamps
+        self._meshes, self._worlds, self._lamps = {}, {}, {}
         self._still = still
         self._needs = {}
         self._infos = ObjectInfos(depsgraph, diagnostics)
@@ -120,7 +121,7 @@ class _Objects:
 
     def leave(self, cache):
         """Hand what was used to the next export."""
-        cache.meshes, cache.worlds = self._meshes, self._worlds
+        cache.meshes, cache.worlds, cache.lamps = self._meshes, self._worlds, self._lamps
         cache.materials, cache.images = self._materials.used, self._images.used
 
     def add(self, instance):
@@ -134,7 +135,9 @@ class _Objects:
             matrix, seen = _matrix(instance), self._visibility(instance)
             if self._still is not None:
                 _, matrix = self._still(instance, None, matrix)
-            light = export_light(data, matrix, obj.name, self._images, self._diagnostics, seen)
+            shader = self._lamp_shader(data)
+            info = partial(self._info, instance, needs_of((shader,)))
+            light = export_light(data, matrix, obj.name, shader, self._diagnostics, seen, info)
             if light is not None:
                 self.lights.append(light)
         elif isinstance(data, bpy.types.PointCloud):
@@ -166,6 +169,14 @@ class _Objects:
         for curves in export_hair(obj, _matrix(instance), materials, self._is_render, lambda m: self._needs_of((m,))):
             info = self._info(instance, self._needs_of((curves.material,)))
             self.curves.append(replace(curves, info=info, visibility=self._visibility(instance)))
+
+    def _lamp_shader(self, light):
+        """The `core.scene.Material` of a light's nodes, the same as in the export before where nothing changed."""
+        key = address(light)
+        if key not in self._lamps:
+            shader, known = export_lamp_shader(light, self._images, self._diagnostics), self._known_lamps.get(key)
+            self._lamps[key] = known if known is not None and is_same_graph(known, shader) else shader
+        return self._lamps[key]
 
     def _add_mesh(self, instance, data):
         obj, materials = instance.object, self._materials_of(instance.object, data)

@@ -54,7 +54,9 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
         Feature.FAR_CLIP: camera.has_far,
         Feature.BOUNCE_LIMITS: settings.limits_kinds,
-        Feature.LIGHT_PATH: lights.environment.by_ray or any(p.operations & _ASK_FOR_RAYS for p in programs),
+        Feature.LIGHT_PATH: lights.environment.by_ray
+        or any(p.operations & _ASK_FOR_RAYS for p in programs)
+        or any(getattr(kind, "by_ray", False) for kind in lights.sampler.kinds),
     }
     found = Feature(0)
     for feature, is_needed in needed.items():

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from ..lights.sun import SunDisks, SunLights
 from ..lights.triangle import TriangleLights, first_in_place, outward
 from ..scene import PointLight, SpotLight, SunLight
 from ..visibility import Rays
+from .lamp_nodes import compile_lamp, shaded_lights
 from .world import compile_world
 
 _SMALLEST_RADIUS = 1e-15  # squares of smaller ones vanish in float32: points
@@ -85,7 +87,7 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics, environme
     -------
     Lights
     """
-    builder = _Builder(np.asarray(geometry.origin, np.float64), diagnostics)
+    builder = _Builder(geometry, diagnostics)
     for number, light in enumerate(scene.lights):
         builder.add(light, number)
     first_object = len(scene.lights)
@@ -128,19 +130,24 @@ def _has_extent(kind):
 class _Builder:
     """Collects lamps by kind, and the classic methods' pseudo-lights in the scene's order."""
 
-    def __init__(self, origin, diagnostics):
-        self._origin = origin
+    def __init__(self, geometry, diagnostics):
+        self._geometry, self._origin = geometry, np.asarray(geometry.origin, np.float64)
         self._diagnostics = diagnostics
         self._rows, self._shadowless, self._emitters = {}, {}, {}
         self._casts_shadow, self._number = True, 0
+        self._lamp, self._lamps, self._shades, self._key = None, {}, [], None
         self.classic = []
 
     def kinds(self):
-        """One table for each kind that occurs."""
-        return [
-            kind(*(np.stack(column, axis=-1) for column in zip(*rows, strict=True)))
-            for kind, rows in self._rows.items()
-        ]
+        """One table for each kind that occurs, and for each program of lamps' nodes."""
+        tables = {}
+        for key, rows in self._rows.items():
+            tables[key] = key[0](*(np.stack(column, axis=-1) for column in zip(*rows, strict=True)))
+            if key in self._lamps:
+                tables[key] = shaded_lights(tables[key], self._lamps[key], self._geometry)
+        for pseudo_light, key, row in self._shades:
+            pseudo_light.shade = partial(tables[key].towards_point, row)
+        return list(tables.values())
 
     def shadowless(self):
         """Which of the lights of `kinds` cast no shadow, kind after kind."""
@@ -153,22 +160,30 @@ class _Builder:
     def add(self, light, number):
         """Sort one light of the description in; leave it out, and say so, if it cannot shine."""
         place = f"light {light.name!r}"
-        strength = np.asarray(light.irradiance if isinstance(light, SunLight) else light.power, np.float64)
+        factor, code = compile_lamp(light, self._diagnostics)
+        strength = factor * np.asarray(light.irradiance if isinstance(light, SunLight) else light.power, np.float64)
         if not _representable(strength) or not _is_near(light):
             self._diagnostics.warn("a light has numbers that are not finite; it is left out", place)
         elif not strength.any():
             self._diagnostics.warn("a light has no power; it is left out", place)
         else:
             self._casts_shadow, self._number, before = light.casts_shadow, number, len(self.classic)
+            self._lamp = None if code is None else (light, code)
             add = {PointLight: self._add_point, SpotLight: self._add_spot, SunLight: self._add_sun}
             add.get(type(light), self._add_area)(light, strength, place)
             for made in self.classic[before:]:
                 made.casts_shadow, made.emitter = light.casts_shadow, number
+                if code is not None:
+                    self._shades.append((made, self._key, len(self._lamps[self._key]) - 1))
 
     def _put(self, kind, *row):
-        self._rows.setdefault(kind, []).append(row)
-        self._shadowless.setdefault(kind, []).append(not self._casts_shadow)
-        self._emitters.setdefault(kind, []).append(self._number)
+        key = kind, None if self._lamp is None else self._lamp[1].key
+        self._rows.setdefault(key, []).append(row)
+        self._shadowless.setdefault(key, []).append(not self._casts_shadow)
+        self._emitters.setdefault(key, []).append(self._number)
+        if self._lamp is not None:
+            self._lamps.setdefault(key, []).append(self._lamp)
+            self._key = key
 
     def _add_point(self, light, power, place):
         self._put(*self._round_light(light, power))

@@ -11,7 +11,8 @@ from ..scene import Link
 
 DEFAULT_COLOR = None  # stands for each mesh's active colour attribute, where an attribute's name is expected
 
-_COORDINATES = {"image": "uv"}  # that a texture takes where nothing is linked, if they are not generated ones
+# What a texture takes where nothing is linked, if not generated coordinates.
+_COORDINATES = {"image": "uv", "ies": "normal"}
 _OF_OBJECTS = ("object_info", "vector_transform", "displacement", "vector_displacement", "hair", "principled_hair")
 
 
@@ -94,7 +95,7 @@ def _add(needs, node, outputs):
     elif node.op in ("normal_map", "tangent", "vector_displacement"):
         _add_tangents(needs, node)
     elif _takes_coordinates(node):
-        default = properties.get("coordinates", _COORDINATES.get(node.op, "generated"))
+        default = _default_coordinates(node)
         needs.generated |= default == "generated"
         if default == "uv":
             needs.uvs.add("")
@@ -103,6 +104,7 @@ def _add(needs, node, outputs):
     needs.strand |= node.op == "hair_info" or takes_random(node)
     needs.point |= node.op == "point_info" and "random" in outputs
     needs.objects |= node.op in _OF_OBJECTS or (node.op == "image" and properties.get("projection") == "BOX")
+    needs.objects |= node.op == "ies" and "vector" not in node.inputs
 
 
 def _add_coordinates(needs, properties, outputs):
@@ -123,6 +125,15 @@ def _add_tangents(needs, node):
         needs.objects = True
     elif "OBJECT" in properties["space"]:
         needs.objects = True
+
+
+def takes_generated(node):
+    """Whether a texture takes generated coordinates, because nothing is linked."""
+    return _takes_coordinates(node) and _default_coordinates(node) == "generated"
+
+
+def _default_coordinates(node):
+    return node.properties.get("coordinates", _COORDINATES.get(node.op, "generated"))
 
 
 def _takes_coordinates(node):

@@ -152,7 +152,8 @@ class CompiledScene:
     def _light_follows_camera(self):
         """Whether the world, or a surface that is sampled as a light, may look different to another camera."""
         shaders = self.geometry.materials if self._textured_emission else ()
-        return any(map(asks_for_camera, (self.described.world, *shaders)))
+        lamps = [light.nodes.shader for light in self.described.lights if light.nodes is not None]
+        return any(map(asks_for_camera, (self.described.world, *lamps, *shaders)))
 
     def seen_by(self, camera, width, height):
         """A copy, of the same tables, for another camera; None where the light follows the camera."""

@@ -80,6 +80,20 @@ class AreaLights:
             radiance = np.multiply(radiance, self.attenuation(rows, d, arena), out=arena.empty((3, lanes.size)))
         return LightHits(lanes, radiance, pdf)
 
+    @property
+    def frame(self):
+        """Centre, axes, normal and half the side lengths, (14, count)."""
+        return self._shapes.frame
+
+    def reach(self, rows, o, d, arena):
+        """Distance (N,) at which rays that cross the light do."""
+        distance = arena.empty(d.shape[-1])
+        with arena.frame():
+            normal = rows_of(self._normal, rows, arena)
+            offset = np.subtract(rows_of(self.frame[0:3], rows, arena), o, out=arena.empty(o.shape))
+            np.divide(dot(normal, offset, arena), dot(normal, d, arena), out=distance)
+        return distance
+
     def attenuation(self, rows, wi, arena):
         """Radiance against `wi` over that of spread π, (N,)."""
         out = arena.empty(wi.shape[-1])

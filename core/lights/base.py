@@ -13,7 +13,9 @@ box()                                      -> corners of bounding boxes; extende
 sample(rows, p, u0, u1, arena)             -> LightSample, given that light `rows` was chosen
 intersect(rows, o, d, tmin, tmax, arena)   -> LightHits of rays that cross the light; extended kinds only
 is_shaded                                  true of kinds whose light may depend on the ray that asks for it; then
-                                           `sample` takes a `Ray` of core.nodes.base, or None, as a sixth argument
+                                           `sample` takes a `Ray` of core.nodes.base, or None, as a sixth argument,
+                                           `intersect` as a seventh
+by_ray                                     true of those that ask the ray for more than its distance
 prim, density(rows, p, wi, distance, arena) of kinds that are geometry: numbers of the primitives, (count,) or
                                            (2, count), and the density (N,) of `sample`
 ```

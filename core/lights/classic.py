@@ -12,6 +12,9 @@ on a surface that faces it and at squared distance d²:
 | emissive mesh object | flat: L·A·abs(cosθ)/(d² + A/π); closed: L·A/(4d²), from the power-weighted centroid |
 | constant world | no pseudo-light: `ambient_radiance` |
 
+Where a lamp's nodes differ by place or direction, E is multiplied with what they say from its centre; of an area lamp,
+from nine of its points, the mean.
+
 The expressions with A/π are exact above the centre of a disk. How flat an emitter is, abs(Σ n·A)/ΣA, is 1 for a plane
 and 0 for a closed body and blends the two.
 """
@@ -44,7 +47,8 @@ class ClassicLights:
     ----------
     lights : sequence of LocalLight or ParallelLight
         One whose `casts_shadow` is set to False shines through everything. Their `emitter` is what they come from, as
-        of `core.compile.lights.Lights`.
+        of `core.compile.lights.Lights`. Their `shade`, if set, tells of points (3, N), directions to the light,
+        distances and an arena what their nodes say, (3, N).
     ambient_radiance : (3,) float32
         Radiance of the constant world.
     """
@@ -60,7 +64,13 @@ class ClassicLights:
 
     def illuminate(self, k, p, arena):
         """Light number `k` at points `p` (3, N)."""
-        return self._lights[k].illuminate(p, arena)
+        light = self._lights[k]
+        found = light.illuminate(p, arena)
+        if light.shade is not None:
+            with arena.frame():
+                said = light.shade(p, found.wi, found.distance, arena)
+                np.multiply(found.irradiance, said, out=found.irradiance)
+        return found
 
     def shadow_distance(self, k, distance, arena):
         """How far light `k`'s shadow rays go, (N,), for its `distance`: an emitter does not shadow itself.
@@ -92,6 +102,7 @@ class LocalLight:
 
     casts_shadow = True
     emitter = 0
+    shade = None
 
     def __init__(self, position, strength, softening=0.0, nearest=0.0, profile=None, margin=0.0, relative_margin=0.0):
         self.position = np.asarray(position, np.float32).reshape(3, 1)
@@ -121,6 +132,7 @@ class ParallelLight:
 
     casts_shadow = True
     emitter = 0
+    shade = None
 
     def __init__(self, axis, irradiance):
         self.axis = np.asarray(axis, np.float32).reshape(3, 1)

@@ -55,17 +55,17 @@ class LampHits:
         self._row = np.array([row for _, row, _ in self._boxed])
         self._light = np.array([light for _, _, light in self._boxed])
 
-    def crossings(self, o, d, tmax, arena, passed=None):
+    def crossings(self, o, d, tmax, arena, passed=None, asking=None):
         """Every lamp that rays cross, without its number: what `numbered_crossings` yields second.
 
         Yields
         ------
         LightHits
         """
-        for _, hits in self.numbered_crossings(o, d, tmax, arena, passed):
+        for _, hits in self.numbered_crossings(o, d, tmax, arena, passed, asking):
             yield hits
 
-    def numbered_crossings(self, o, d, tmax, arena, passed=None):
+    def numbered_crossings(self, o, d, tmax, arena, passed=None, asking=None):
         """Every lamp that rays cross.
 
         Parameters
@@ -77,6 +77,8 @@ class LampHits:
         passed : (N,) float32, optional
             Distance that a ray came before `o`, straight through transparent surfaces: its light is sought, and was
             sampled, from where it started. None is 0.
+        asking : Ray, optional
+            What the shaders of lights are told of the rays; None where none asks.
 
         Yields
         ------
@@ -96,16 +98,16 @@ class LampHits:
                 o = np.subtract(o, np.multiply(d, passed, out=arena.empty(d.shape)), out=arena.empty(d.shape))
             for kind, row, light in self._lamps:
                 with arena.frame():
-                    hits = kind.intersect(row, o, d, tmin, tmax, arena)
+                    hits = _crossed(kind, row, o, d, tmin, tmax, arena, asking)
                     if hits.lanes.size:
                         pmf = self._sampler.pmf_at(light, arena.take(o, hits.lanes), arena)
                         np.multiply(hits.pdf, pmf, out=hits.pdf)
                         yield light, hits
             if self._boxes is not None:
                 for lanes, lamp in self._boxes.candidates(o, d, tmin, tmax, arena):
-                    yield from self._of_candidates(lanes, lamp, o, d, tmin, tmax, arena)
+                    yield from self._of_candidates(lanes, lamp, o, d, tmin, tmax, arena, asking)
 
-    def _of_candidates(self, lanes, lamp, o, d, tmin, tmax, arena):
+    def _of_candidates(self, lanes, lamp, o, d, tmin, tmax, arena, asking):
         """What the rays `lanes` (n,) cross of the lamps `lamp` (n,), one each."""
         kinds = arena.take(self._kind, lamp)
         for number, kind in enumerate(self._boxed_kinds):
@@ -116,7 +118,8 @@ class LampHits:
                 ray, which = lanes[own], lamp[own]
                 rays = (arena.take(a, ray) if isinstance(a, np.ndarray) else a for a in (o, d, tmin, tmax))
                 start, *rest = rays
-                hits = kind.intersect(arena.take(self._row, which), start, *rest, arena)
+                told = None if asking is None else asking.at(ray)
+                hits = _crossed(kind, arena.take(self._row, which), start, *rest, arena, told)
                 if hits.lanes.size:
                     light = arena.take(self._light, which[hits.lanes])
                     pmf = self._sampler.pmf_at(light, arena.take(start, hits.lanes), arena)
@@ -131,3 +134,10 @@ class LampHits:
             for i in range(3):
                 total[i][lanes] += emitted[i] * share
         return total
+
+
+def _crossed(kind, rows, o, d, tmin, tmax, arena, asking):
+    """Rays that cross lamps `rows` of `kind`."""
+    if asking is not None and getattr(kind, "is_shaded", False):
+        return kind.intersect(rows, o, d, tmin, tmax, arena, asking)
+    return kind.intersect(rows, o, d, tmin, tmax, arena)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..vecmath import dot
 from .base import NEAREST_SQUARED, Bounds, LightHits, LightSample, rows_at, rows_of, towards
-from .cap import SMALLEST_CAP, cap_pdf, cap_weight, sample_cap
+from .cap import SMALLEST_CAP, cap_pdf, cap_weight, distance_to_axis, sample_cap
 
 
 class PointLights:
@@ -86,6 +86,14 @@ class _RoundLights:
         rows = rows_at(rows, lanes, arena)
         cap = self._cap(distances, rows_of(self.radius, rows, arena), arena)
         return LightHits(lanes, rows_of(self.radiance, rows, arena), cap_pdf(cap, arena, lanes.size))
+
+    def reach(self, rows, o, d, arena):
+        """Distance (N,) at which rays that cross the light do."""
+        axis, distance = towards(o, rows_of(self.position, rows, arena), arena)
+        with arena.frame():
+            lowered = distance_to_axis(d, axis, arena)
+            self._surface(distance, rows_of(self.radius, rows, arena), lowered, arena)
+        return distance
 
 
 class SphereLights(_RoundLights):

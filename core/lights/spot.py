@@ -67,6 +67,10 @@ class SpotLights:
             np.multiply(slope, x, out=x)
         return x
 
+    def reach(self, rows, o, d, arena):
+        """Distance (N,) at which rays that cross the source do."""
+        return self.source.reach(rows, o, d, arena)
+
     def intersect(self, rows, o, d, tmin, tmax, arena):
         """Rays that cross the source between `tmin` and `tmax`."""
         hits = self.source.intersect(rows, o, d, tmin, tmax, arena)

@@ -70,3 +70,7 @@ class SunDisks:
         rows = rows_at(rows, lanes, arena)
         pdf = cap_pdf(rows_of(self.cap, rows, arena), arena, lanes.size)
         return LightHits(lanes, rows_of(self.radiance, rows, arena), pdf)
+
+    def reach(self, rows, o, d, arena):
+        """Distance (N,) at which rays that cross the disk do."""
+        return arena.full(d.shape[-1], math.inf)

@@ -222,7 +222,10 @@ class PathTrace(Wavefront):
         o, d, passed = (
             a if a is None or part is None else arena.take(a, part) for a in (paths.o, paths.d, paths.passed)
         )
-        for lanes, emitted, light_pdf in self._crossings(paths, part, depth, o, d, ends, arena, passed):
+        asking = None
+        if self._tells_rays:
+            asking = light_ray(paths.trail if part is None else paths.trail[:, part], depth)
+        for lanes, emitted, light_pdf in self._crossings(paths, part, depth, o, d, ends, arena, passed, asking):
             where = lanes if part is None else part[lanes]
             light = np.multiply(
                 emitted, mis_weight(paths.pdf[where], light_pdf, arena), out=arena.empty((3, lanes.size))

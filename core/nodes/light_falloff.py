@@ -16,9 +16,11 @@ def _light_falloff(context, inputs, properties):
     distance = ray_length(context)
     with np.errstate(all="ignore"):
         square = distance * distance
+        is_near = np.isfinite(square)  # at infinity nothing is lost by distance
         near = square / (inputs["smooth"] + square)
-        strength = inputs["strength"] * np.where((inputs["smooth"] > 0) & np.isfinite(square), near, np.float32(1))
-        return {"quadratic": strength, "linear": strength * distance, "constant": strength * square}
+        strength = inputs["strength"] * np.where((inputs["smooth"] > 0) & is_near, near, np.float32(1))
+        linear, constant = (strength * np.where(is_near, v, np.float32(1)) for v in (distance, square))
+        return {"quadratic": strength, "linear": linear, "constant": constant}
 
 
 OPERATIONS = {"light_falloff": Operation(_light_falloff, {"strength": 100.0, "smooth": 0.0}, foldable=False)}

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The measured rows of docs/coverage.md: every case of every kind beside Cycles.
 
-``python -m zraka.tests.addon.coverage`` measures all, a quarter of an hour; names of sections (``lights``, ``camera``,
-``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``) choose some. Rows stand between
+``python -m zraka.tests.addon.coverage`` measures all, a quarter of an hour; names of sections (``lights``, ``lamps``,
+``camera``, ``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``) choose some. Rows stand between
 ``<!-- section -->`` and ``<!-- /section -->``; what is written around them stays.
 """
 
@@ -16,7 +16,16 @@ import bpy
 
 import zraka
 
-from . import bounce_cases, camera_cases, geometry_cases, light_cases, motion_cases, visibility_cases, world_cases
+from . import (
+    bounce_cases,
+    camera_cases,
+    geometry_cases,
+    lamp_cases,
+    light_cases,
+    motion_cases,
+    visibility_cases,
+    world_cases,
+)
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "coverage.md"
 
@@ -50,6 +59,11 @@ def of_light(scene, case):
     return both, f"{form} from the closed form, Cycles {theirs}"
 
 
+def of_lamp(scene, case):
+    """Of a lamp with nodes."""
+    return percent(lamp_cases.measure(scene, case)), case.note
+
+
 def of_visibility(scene, case):
     """Of who sees what."""
     return percent(visibility_cases.measure(case)[0]), case.note
@@ -77,6 +91,7 @@ SECTIONS = {
     "camera": (camera_cases.CASES, of_camera),
     "lights": (light_cases.CASES, of_light),
     "bounces": (bounce_cases.CASES, of_bounces),
+    "lamps": (lamp_cases.CASES, of_lamp),
     "worlds": (world_cases.CASES, of_world),
     "visibility": (visibility_cases.CASES, of_visibility),
     "motion": (motion_cases.CASES, of_motion),

@@ -10,10 +10,13 @@ import bpy
 import numpy as np
 import pytest
 
+from zraka.addon.export.cache import ExportCache
 from zraka.addon.export.scene import export_scene
 from zraka.core import scene as description
+from zraka.core.compile.scene import compile_scene
 from zraka.core.compile.world import compile_world
 from zraka.core.diagnostics import Diagnostics
+from zraka.core.settings import Settings
 
 
 @pytest.fixture
@@ -140,12 +143,13 @@ def test_a_plain_emission_node_multiplies(scene):
     diagnostics = Diagnostics()
     (light,) = export(scene, diagnostics).lights
     assert light.power == (30, 15, 0)
-    assert diagnostics.messages() == []
+    assert light.nodes is None
     falloff = tree.nodes.new("ShaderNodeLightFalloff")
     tree.links.new(falloff.outputs[0], emission.inputs["Strength"])
     (light,) = export(scene, diagnostics).lights
     assert light.power == (10, 10, 10)
-    assert "light nodes" in diagnostics.messages()[0]
+    assert [node.op for node in light.nodes.shader.nodes] == ["light_falloff", "emission"]
+    assert diagnostics.messages() == []
 
 
 def test_lights_as_blender_adds_them_are_not_diagnosed(scene):
@@ -282,3 +286,39 @@ def test_world_without_output_is_black(scene):
     tree, _ = new_world(scene)
     tree.links.clear()
     assert export(scene).world.radiance == (0, 0, 0)
+
+
+def nodes_of(scene, cache):
+    bpy.context.view_layer.update()
+    (light,) = export_scene(bpy.context.evaluated_depsgraph_get(), Diagnostics(), cache=cache).lights
+    return light.nodes.shader
+
+
+def test_nodes_that_stay_are_the_same_object_in_the_next_export(scene):
+    tree = enable_nodes(add_light(scene, "POINT").data)
+    falloff, ramp = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("LightFalloff", "ValToRGB"))
+    tree.links.new(falloff.outputs[0], ramp.inputs[0])
+    tree.links.new(ramp.outputs[0], tree.nodes["Emission"].inputs["Color"])
+    cache = ExportCache()
+    first = nodes_of(scene, cache)
+    assert nodes_of(scene, cache) is first
+    falloff.inputs["Strength"].default_value = 3
+    second = nodes_of(scene, cache)
+    assert second is not first
+    ramp.color_ramp.elements[0].color = (1, 0, 0, 1)
+    assert nodes_of(scene, cache) is not second
+
+
+@pytest.mark.parametrize("text", ["", "IESNA\nTILT=NONE\n1 -1 2 many", "IESNA\nTILT=NONE\n1 -1 2"])
+def test_bad_ies_files_are_told_in_one_sentence(scene, tmp_path, text):
+    tree = enable_nodes(add_light(scene, "POINT").data)
+    node = tree.nodes.new("ShaderNodeTexIES")
+    node.mode = "EXTERNAL"
+    node.filepath = str(tmp_path / "lamp.ies")
+    tree.links.new(node.outputs[0], tree.nodes["Emission"].inputs["Strength"])
+    if text:
+        (tmp_path / "lamp.ies").write_text(text)
+    diagnostics = Diagnostics()
+    compile_scene(export(scene, diagnostics), Settings(width=4, height=4), diagnostics)
+    (message,) = diagnostics.messages()
+    assert "IES file 'lamp.ies' cannot be read" in message

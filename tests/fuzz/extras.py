@@ -7,12 +7,30 @@ from dataclasses import replace
 
 import numpy as np
 
-from zraka.core.scene import Attribute, Curves
+from zraka.core.scene import Attribute, Curves, LampNodes, Material
 from zraka.core.visibility import ALL_RAYS, UNLIMITED, ObjectSet, Rays, Visibility
 
+from .graphs import TAME, VALUES, Graph
 from .numbers import BAD, Numbers
 
+_EMITTING = ("emission", "emission", "emission", "background", "principled", "diffuse")
 NAMES = ("", "object 0", "object 1", "spheres", "curves", "plane", "light 0", "nobody")
+
+
+def with_lamp_nodes(seed, scene, tame):
+    """`scene` with graphs on some of its lamps, in some scenes."""
+    numbers = Numbers((seed, 2), tame)  # of its own, too
+    if not numbers.chance(0.4):
+        return scene
+
+    def nodes(number):
+        if numbers.chance(0.3):
+            return None
+        graph = Graph(numbers, TAME if tame else VALUES, loops=not tame)
+        surface = graph.closure(_EMITTING)
+        return LampNodes(Material(f"lamp {number}", tuple(graph.nodes), surface), numbers.matrix())
+
+    return replace(scene, lights=tuple(replace(light, nodes=nodes(n)) for n, light in enumerate(scene.lights)))
 
 
 def with_extras(seed, scene, settings, materials, tame):

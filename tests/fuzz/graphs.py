@@ -10,16 +10,12 @@ from zraka.core.nodes.closures import CLOSURES
 from zraka.core.scene import Image, Link, Node
 
 # What the compiler alone puts in.
-INTERNAL = {"add", "multiply", "clamp", "complement", "principled_cover", "displaced_normal"}
+INTERNAL = {"add", "multiply", "clamp", "complement", "principled_cover", "principled_cover_4", "displaced_normal"}
 VALUES = sorted(set(OPERATIONS) - INTERNAL)
 SURFACES = sorted(CLOSURES)
 # Operations whose results stay of the size of what they read.
-TAME = [
-    name
-    for name in VALUES
-    if not name.startswith(("math_", "vector_math_"))
-    and name not in ("light_falloff", "map_range_float", "map_range_float_vector", "gamma", "image", "environment")
-]
+_WILD = ("light_falloff", "map_range_float", "map_range_float_vector", "gamma", "ies", "image", "environment")
+TAME = [name for name in VALUES if not name.startswith(("math_", "vector_math_")) and name not in _WILD]
 TAME_SURFACES = sorted(set(SURFACES) - {"volume"})
 
 _BLENDS = "MIX DARKEN MULTIPLY BURN LIGHTEN SCREEN DODGE ADD OVERLAY SOFT_LIGHT LINEAR_LIGHT DIFFERENCE EXCLUSION"
@@ -160,6 +156,7 @@ _OUTPUTS = {
     "vector_math_distance": "value",
     "vector_math_length": "value",
     "light_falloff": "quadratic linear constant",
+    "ies": "fac",
     "attribute": "color vector fac alpha",
     "vertex_color": "color alpha",
     "bump": "normal",
@@ -207,6 +204,10 @@ def properties_of(op, numbers):
         rows = 1 if op == "float_curve" else 3
         found |= {"samples": numbers.array((rows, 257)), "low": -numbers.unit(), "high": 1.0 + numbers.unit()}
         found["extrapolate"] = numbers.chance(0.5)
+    elif op == "ies":
+        angles, planes = numbers.choice(("0 40 90", "0 180", "30 20")), numbers.choice(("0 90", "0 360", "20 200"))
+        count = len(angles.split())
+        found["text"] = f"TILT=NONE\n1 1 2 {count} 2 1 2 0 0 0 1 1 1\n{angles}\n{planes}\n" + "7 9 " * count
     elif op == "normal":
         found["direction"] = numbers.vector()
     return found

@@ -30,7 +30,7 @@ from zraka.core.scene import (
 from zraka.core.settings import Guides, Settings
 
 from ..core import scenes as made
-from .extras import with_extras
+from .extras import with_extras, with_lamp_nodes
 from .graphs import TAME, TAME_SURFACES, VALUES, Graph
 from .numbers import BAD, Numbers
 
@@ -63,6 +63,7 @@ def random_case(seed):
         tuple(random_light(numbers, n) for n in range(numbers.count(6))),
         random_world(numbers),
     )
+    scene = with_lamp_nodes(seed, scene, tame)
     scene, settings = with_extras(seed, scene, random_settings(numbers), materials, tame)
     return Case(scene, settings, tame)
 

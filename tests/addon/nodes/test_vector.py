@@ -7,6 +7,7 @@ import bpy
 import pytest
 
 from .harness import Case, add, difference, output, signed
+from .ies_files import FILES, ies_text
 from .varied import options, plane_numbers, plane_vectors
 
 
@@ -59,6 +60,16 @@ def light_falloff(result, smooth):
     return build
 
 
+def ies(name):
+    """The file over directions that cross the plane, half of them from above."""
+
+    def build(tree, obj):
+        inputs = {"Vector": plane_vectors(tree, -1.0, 1.0)[0], "Strength": 0.1}
+        return output(add(tree, "TexIES", inputs, mode="INTERNAL", ies=ies_text(name)))
+
+    return build
+
+
 VECTOR = [
     Case(f"Vector Rotate: {kind.lower().replace('_', ' ')}{', inverted' * invert}", vector_rotate(kind, invert))
     for kind in options("VectorRotate", "rotation_type")
@@ -79,6 +90,8 @@ VECTOR += [
     for result in ("Quadratic", "Linear", "Constant")
     for smooth in (0.0, 3.0)
 ]
+
+VECTOR += [Case(f"IES Texture: {name}", ies(name), share=0.002) for name in FILES]
 
 CASES = VECTOR
 
