@@ -27,6 +27,7 @@ from .planes import plane_distance, sphere_distance
 # Of Embree's rtcore_geometry.h and rtcore_common.h, the same since version 4.0.
 _TRIANGLES, _SPHERE_POINTS, _ROUND_CATMULL_ROM = 0, 50, 58
 _INDEX, _VERTEX = 0, 1
+_DYNAMIC, _LOW_QUALITY = 1, 0
 _UINT, _UINT3, _FLOAT3, _FLOAT4 = 0x5001, 0x5003, 0x9003, 0x9004
 
 # How far beyond the inside of a strand a ray goes on: shares of its way there and of its start's coordinates.
@@ -60,6 +61,13 @@ class Accel:
     geometry : Geometry
     native : bool
         False keeps to embreex's own interface, as where Embree's C API cannot be reached.
+    parts : sequence of int, optional
+        First triangles, ascending from 0, of parts that get a tree each, which `rebuild` can build again.
+
+    Attributes
+    ----------
+    parts : (P,) int or None
+        None where there is one tree.
 
     Notes
     -----
@@ -72,7 +80,7 @@ class Accel:
     Where curves cannot be attached, `strands_missed` is True. `u` runs along a curve's segment.
     """
 
-    def __init__(self, geometry, native=True):
+    def __init__(self, geometry, native=True, parts=None):
         first_plane = geometry.count - geometry.plane_count
         self._analytic = [
             (first_plane + k, partial(plane_distance, geometry.plane_points[:, k], geometry.plane_normals[:, k]))
@@ -82,6 +90,9 @@ class Accel:
         self._scene = EmbreeScene(device, robust=True)
         api = _Api.reach(self._scene, device) if native else None
         self._buffers = []
+        self.parts, self._api = (np.asarray(parts), api) if api and parts is not None else (None, None)
+        if self._api:
+            api.expect_changes()
         if geometry.triangle_count and not (api and self._attach_triangles(api, geometry.vertices, geometry.index)):
             TriangleMesh(self._scene, np.ascontiguousarray(geometry.corners.T).reshape(-1, 3, 3))
         self._spheres_attached = bool(
@@ -98,7 +109,9 @@ class Accel:
             ]
         self._strands_attached = bool(api and geometry.segment_count and self._attach_strands(api, geometry.strands))
         self.strands_missed = geometry.segment_count > 0 and not self._strands_attached
-        self._first_numbers = self._numbers_by_attachment(geometry)
+        self._first_numbers, self._first_number_of = self._numbers_by_attachment(geometry), None
+        if self._api:
+            self._first_numbers, self._first_number_of = (), _table(self._first_numbers)
         self.native = api is not None
         # The tree is built here, not in a worker; embreex would hold all of Python meanwhile, Blender's window too.
         if api:
@@ -115,6 +128,10 @@ class Accel:
             with arena.frame():
                 on_it = np.equal(found["geomID"], attachment, out=arena.empty(prim.shape, bool))
                 np.add(prim, first, out=prim, where=on_it)
+        if self._first_number_of is not None:
+            with arena.frame():
+                first = arena.empty(prim.shape, np.int32)
+                np.add(prim, np.take(self._first_number_of, found["geomID"], out=first, mode="wrap"), out=prim)
         for number, distance in self._analytic:
             with arena.frame():
                 s = distance(o, d, arena)
@@ -138,6 +155,13 @@ class Accel:
                 nearer = np.less(s, np.float32(np.inf) if tmax is None else tmax, out=arena.empty(s.shape, bool))
                 np.logical_or(blocked, nearer, out=blocked)
         return blocked
+
+    def rebuild(self, triangles):
+        """Build the trees of the `parts` with these triangles again, whose vertices were changed where they stand.
+
+        Nothing may be traced meanwhile.
+        """
+        self._api.rebuild(np.unique(np.searchsorted(self.parts, triangles, side="right") - 1).tolist())
 
     def _nearest(self, o, d, tmax, clock):
         return self._run(o, d, tmax, clock, query="INTERSECT", output=True)
@@ -181,9 +205,14 @@ class Accel:
 
     def _attach_triangles(self, api, vertices, index):
         self._buffers += [vertices, index]
-        return api.attach(
-            _TRIANGLES, [(_VERTEX, _FLOAT3, vertices, 16, len(vertices)), (_INDEX, _UINT3, index, 12, len(index))]
-        )
+        parts = [index] if self.parts is None else np.split(index, self.parts[1:])
+        attached = [
+            api.attach(_TRIANGLES, [(_VERTEX, _FLOAT3, vertices, 16, len(vertices)), (_INDEX, _UINT3, i, 12, len(i))])
+            for i in parts
+        ]
+        if any(attached) and not all(attached):
+            raise MemoryError("Embree takes only some of the triangles")
+        return all(attached)
 
     def _attach_spheres(self, api, spheres):
         self._buffers.append(spheres)
@@ -200,10 +229,19 @@ class Accel:
     def _numbers_by_attachment(self, geometry):
         """[(Embree's number of a geometry, number of its first primitive)], those left out that start at 0."""
         attached = [0] if geometry.triangle_count else []
+        attached = attached if self.parts is None else self.parts.tolist()
         attached += [geometry.triangle_count] if self._spheres_attached else []
         self._strands_number = len(attached)  # they come last
         attached += [geometry.first_segment] if self._strands_attached else []
         return [(number, first) for number, first in enumerate(attached) if first]
+
+
+def _table(first_numbers):
+    """The numbers of first primitives by attachment, 0 where none is named and at the end, for misses (-1)."""
+    table = np.zeros(2 + max((number for number, _ in first_numbers), default=0), np.int32)
+    for number, first in first_numbers:
+        table[number] = first
+    return table
 
 
 def _sphere_table(geometry):
@@ -292,6 +330,21 @@ class _Api:
         """Build the tree; other Python threads go on."""
         self._library.rtcCommitScene(self._scene)
 
+    def expect_changes(self):
+        """Have Embree build a tree for each geometry, and one over them, so that one can be built again alone."""
+        flags = self._library.rtcGetSceneFlags(self._scene)
+        self._library.rtcSetSceneFlags(self._scene, flags | _DYNAMIC)
+        self._library.rtcSetSceneBuildQuality(self._scene, _LOW_QUALITY)
+
+    def rebuild(self, numbers):
+        """Build the trees of geometries again, by their numbers, whose vertices were changed."""
+        lib = self._library
+        for number in numbers:
+            geometry = lib.rtcGetGeometry(self._scene, number)
+            lib.rtcUpdateGeometryBuffer(geometry, _VERTEX, 0)
+            lib.rtcCommitGeometry(geometry)
+        lib.rtcCommitScene(self._scene)
+
     def attach_spheres(self, spheres):
         """Add spheres, rows of centre and radius (S, 4) float32."""
         return self.attach(_SPHERE_POINTS, [(_VERTEX, _FLOAT4, spheres, 16, len(spheres))])
@@ -318,6 +371,11 @@ def _library():
         ("rtcAttachGeometry", number, (pointer, pointer)),
         ("rtcReleaseGeometry", None, (pointer,)),
         ("rtcCommitScene", None, (pointer,)),
+        ("rtcGetSceneFlags", ctypes.c_int, (pointer,)),
+        ("rtcSetSceneFlags", None, (pointer, ctypes.c_int)),
+        ("rtcSetSceneBuildQuality", None, (pointer, ctypes.c_int)),
+        ("rtcGetGeometry", pointer, (pointer, number)),
+        ("rtcUpdateGeometryBuffer", None, (pointer, ctypes.c_int, number)),
     ):
         function = getattr(library, name, None)
         if function is None:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What one export hands to the next: the meshes, materials, images and the world that did not change.
 
-Everything else, matrices and lamps and object attributes among it, is read anew each time: it costs little. The same
-Python objects come out for the same things, by which the compiler knows what it may use again.
+What became of an object is kept until an update names it, its data or its instancer, or it stands elsewhere. Lamps, and
+what materials read of an object's properties, are read anew each time. The same Python objects come out for the same
+things, by which the compiler knows what it may use again.
 """
 
 from __future__ import annotations
@@ -29,6 +30,17 @@ class Kept(NamedTuple):
     passing: bool = False
 
 
+class Entry(NamedTuple):
+    """What became of an entry of `depsgraph.object_instances`.
+
+    things: its instances, spheres, curves and planes, four tuples; place: its matrix, as bytes; owners: as of `Kept`.
+    """
+
+    things: tuple
+    place: bytes
+    owners: frozenset
+
+
 class ExportCache:
     """Things exported, by where Blender has them.
 
@@ -40,6 +52,12 @@ class ExportCache:
         `Kept` by key. A key alone does not tell that a thing is still the same: Blender uses its memory again.
     lamps : dict
         Shaders of lamps by the lamp's address. They are read anew and compared.
+    entries : dict
+        `Entry` by key.
+    layer : object
+        What else they depend on, equal where it is the same.
+    shared : set of int
+        Addresses of the objects that are instanced, that instance others, or come more than once.
     """
 
     def __init__(self):
@@ -49,6 +67,7 @@ class ExportCache:
     def clear(self):
         """Forget everything."""
         self.meshes, self.materials, self.images, self.worlds, self.lamps = {}, {}, {}, {}, {}
+        self.entries, self.layer, self.shared = {}, None, set()
 
     def follow(self, depsgraph, shading=True):
         """Forget what the updates of `depsgraph` (bpy.types.Depsgraph) name.
@@ -58,28 +77,41 @@ class ExportCache:
         shading : bool
             Whether materials and the world follow too; those of a frame stay while its shutter is open, as in Cycles.
         """
-        graph = depsgraph.scene.name_full, depsgraph.view_layer.name
-        if graph != self._graph:
+        if not self.is_of(depsgraph):
             self.clear()
-        self._graph = graph
-        shapes, shaders, sources = set(), set(), False
+        self._graph = _name(depsgraph)
+        named, shapes, shaders, sources = set(), set(), set(), False
         for update in depsgraph.updates:
             thing = update.id
+            named.add(address(thing))
             if update.is_updated_geometry:
                 shapes.add(address(thing))
             if isinstance(thing, bpy.types.Material | bpy.types.World):
                 shaders.add(address(thing))
             elif isinstance(thing, _SOURCES):
                 sources |= not thing.is_embedded_data
-        self.meshes = _without(self.meshes, shapes)
+        self.meshes, self.entries = _without(self.meshes, shapes), _without(self.entries, named)
         if not shading:
             return
         if sources:
-            self.materials, self.images, self.worlds = {}, {}, {}
+            self.materials, self.images, self.worlds, self.entries = {}, {}, {}, {}
         self.materials, self.worlds = (
             {key: kept for key, kept in _without(things, shaders).items() if not kept.passing}
             for things in (self.materials, self.worlds)
         )
+
+    def is_of(self, depsgraph):
+        """Whether what is kept was exported of this scene and view layer."""
+        return self._graph == _name(depsgraph)
+
+    @property
+    def has_passing(self):
+        """Whether some of it may change without being named."""
+        return any(kept.passing for things in (self.materials, self.worlds) for kept in things.values())
+
+
+def _name(depsgraph):
+    return depsgraph.scene.name_full, depsgraph.view_layer.name
 
 
 def is_same_graph(one, other):
@@ -101,4 +133,4 @@ def _is_same(some, others):
 def _without(kept, owners):
     if not owners:
         return kept
-    return {key: thing for key, thing in kept.items() if not (thing.owners & owners)}
+    return {key: thing for key, thing in kept.items() if thing.owners.isdisjoint(owners)}

@@ -32,6 +32,7 @@ class Materials:
         self._images = images
         self._diagnostics = diagnostics
         self._known = known or {}
+        self._keys = {id(kept.value): key for key, kept in self._known.items()}
         self.used = {}
         self.default = default_material()
 
@@ -44,6 +45,16 @@ class Materials:
             kept = self._known.get(key)
             self.used[key] = kept or keep_shader(material, export_material, self._images, self._diagnostics)
         return self.used[key].value
+
+    def stays(self, value):
+        """Whether a `core.scene.Material` of the export before is still what it was made of; it is then used."""
+        if value is self.default:
+            return True
+        key = self._keys.get(id(value))
+        if key is None:
+            return False
+        self.used.setdefault(key, self._known[key])
+        return True
 
 
 def keep_shader(thing, export, images, diagnostics):

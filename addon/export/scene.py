@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core import scene as description
 from ...core.compile.needs import needs_of
-from .cache import ExportCache, Kept, is_same_graph
+from .cache import Entry, ExportCache, Kept, is_same_graph
 from .camera import export_camera, frame_size, render_border
 from .hair import export_curves, export_hair, has_hair
 from .image import Images
@@ -20,7 +20,7 @@ from .material import Materials, keep_shader
 from .mesh import export_mesh
 from .object_info import ObjectInfos
 from .points import export_points
-from .updates import address
+from .updates import address, key_of
 from .versions import working_space
 from .visibility import Visibilities, diagnose_object
 from .world import export_world
@@ -71,12 +71,10 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None, c
     ready = isinstance(camera, description.Camera)
     seen_by = camera if ready else export_camera(depsgraph, diagnostics, camera, size)
     objects = _Objects(depsgraph, diagnostics, cache, still)
-    for instance in depsgraph.object_instances:
+    places = _places(depsgraph)
+    for instance, place in zip(depsgraph.object_instances, places, strict=True):
         if visible is None or visible(instance):
-            if instance.show_self:
-                objects.add(instance)
-            if instance.show_particles:
-                objects.add_hair(instance)
+            objects.take(instance, place.tobytes())
     world = objects.world(getattr(layer, "world_override", None) or scene.world)
     objects.leave(cache)
     return description.Scene(
@@ -109,6 +107,11 @@ class _Objects:
         self._infos = ObjectInfos(depsgraph, diagnostics)
         self._visibility = Visibilities(depsgraph)
         self._diagnosed = set()
+        self._layer = self._visibility.state, address(self._override)
+        self._known_entries = cache.entries if cache.layer == self._layer else {}
+        self._entries, self._is_fixed = {}, True
+        self._seen, self._shared = set(), set()
+        self._mesh_keys = {id(kept.value): key for key, kept in cache.meshes.items()}
 
     def world(self, world):
         """The world, black where there is none."""
@@ -123,6 +126,46 @@ class _Objects:
         """Hand what was used to the next export."""
         cache.meshes, cache.worlds, cache.lamps = self._meshes, self._worlds, self._lamps
         cache.materials, cache.images = self._materials.used, self._images.used
+        cache.entries, cache.layer, cache.shared = self._entries, self._layer, self._shared
+
+    def take(self, instance, place):
+        """Add all of one entry of the dependency graph, whose matrix has the bytes `place`."""
+        obj = instance.object
+        key = key_of(obj)
+        if instance.is_instance:
+            parent = address(instance.parent)
+            self._shared |= {key[0], parent}
+            key = *key, parent, tuple(instance.persistent_id)
+        elif key[0] in self._seen:
+            self._shared.add(key[0])
+        else:
+            self._seen.add(key[0])
+        lists = self.instances, self.spheres, self.curves, self.planes
+        kept = self._known_entries.get(key)
+        if kept is not None and kept.place == place and self._stays(kept):
+            self._entries[key] = kept
+            for things, kept_things in zip(lists, kept.things, strict=True):
+                things.extend(kept_things)
+            return
+        counts, self._is_fixed = [len(things) for things in lists], self._still is None and obj.type != "LIGHT"
+        if instance.show_self:
+            self.add(instance)
+        if instance.show_particles:
+            self.add_hair(instance)
+        if self._is_fixed:
+            things = tuple(tuple(things[n:]) for things, n in zip(lists, counts, strict=True))
+            owners = frozenset(map(address, (obj, obj.data, instance.parent)))
+            self._entries[key] = Entry(things, place, owners)
+
+    def _stays(self, kept):
+        """Whether the meshes and materials of an `Entry` are as they were; they are then used."""
+        instances, *others = kept.things
+        for instance in instances:
+            key = self._mesh_keys.get(id(instance.mesh))
+            if key is None or not all(map(self._materials.stays, instance.materials)):
+                return False
+            self._meshes.setdefault(key, self._known[key])
+        return all(self._materials.stays(thing.material) for things in others for thing in things)
 
     def add(self, instance):
         """Add one entry of the dependency graph."""
@@ -165,6 +208,7 @@ class _Objects:
         obj = instance.object
         if obj.type != "MESH" or not has_hair(obj, self._is_render):
             return
+        self._is_fixed = False
         materials = self._materials_of(obj, obj.data)
         for curves in export_hair(obj, _matrix(instance), materials, self._is_render, lambda m: self._needs_of((m,))):
             info = self._info(instance, self._needs_of((curves.material,)))
@@ -206,6 +250,7 @@ class _Objects:
 
     def _info(self, instance, needs):
         """What nodes can ask of an object, where they do."""
+        self._is_fixed &= not needs.object_attributes
         return self._infos(instance, needs.object_attributes) if needs.objects else description.ObjectInfo()
 
     def _materials_of(self, obj, data):
@@ -246,6 +291,14 @@ class _Objects:
             if obj is not None and obj.name_full not in self._diagnosed:
                 self._diagnosed.add(obj.name_full)
                 diagnose_object(obj, self._diagnostics)
+
+
+def _places(depsgraph):
+    """Matrices (N, 16) of all entries of the dependency graph."""
+    entries = depsgraph.object_instances
+    places = np.zeros((len(entries), 16), np.float32)
+    entries.foreach_get("matrix_world", places.reshape(-1))
+    return places
 
 
 def _matrix(instance):

@@ -16,6 +16,12 @@ def is_touched(update):
     return update.is_updated_geometry or update.is_updated_transform or update.is_updated_shading
 
 
+def key_of(obj):
+    """What tells an evaluated object of `depsgraph.object_instances` from others, with the data that it shows."""
+    data = obj.data
+    return obj.original.as_pointer(), data.as_pointer() if data else 0
+
+
 def address(thing):
     """What tells an ID of the file from others, whichever evaluated copy of it is given; 0 is none."""
     return 0 if thing is None else (thing.original or thing).as_pointer()

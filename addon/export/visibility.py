@@ -20,6 +20,11 @@ class Visibilities:
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
+
+    Attributes
+    ----------
+    state : object
+        What it knows beside each object's own settings, equal where it is the same.
     """
 
     def __init__(self, depsgraph):
@@ -35,6 +40,7 @@ class Visibilities:
                     found = _object_set(collection)
                     sets[obj.name_full] = found
                     self._linked[role] |= found.names
+        self.state = self._sets, layer_state(self._layer)
 
     def __call__(self, instance):
         """The visibility of one entry."""
@@ -66,6 +72,17 @@ class Visibilities:
         if parent is not None and parent.name_full in self._linked[role]:
             return parent.name_full
         return obj.name_full
+
+
+def layer_state(layer):
+    """What the collections of a `bpy.types.ViewLayer` hide, as a tuple."""
+
+    def flags(collection):
+        yield collection.name, collection.exclude, collection.holdout, collection.indirect_only
+        for child in collection.children:
+            yield from flags(child)
+
+    return tuple(flags(layer.layer_collection))
 
 
 def world_visibility(world):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..export.updates import is_camera, is_touched
+from ..export.visibility import layer_state
 from ..properties import settings_of
 
 
@@ -28,8 +29,12 @@ def _matters(update):
 
 
 def fingerprint(depsgraph, visible):
-    """What a scene can change by without naming it: its settings, its frame, its world, and which objects it shows."""
+    """What a scene can change by without naming it: its settings, its frame, its world, and which objects it shows.
+
+    And how: by collections that are holdouts, or indirect only.
+    """
     scene = depsgraph.scene_eval
     shown = [entry.object.name_full for entry in depsgraph.object_instances if entry.show_self and visible(entry)]
     world = scene.world.name_full if scene.world else None
-    return settings_of(scene), scene.zraka.viewport_samples, scene.frame_current_final, world, tuple(shown)
+    layer = layer_state(depsgraph.view_layer_eval)
+    return settings_of(scene), scene.zraka.viewport_samples, scene.frame_current_final, world, tuple(shown), layer

@@ -17,6 +17,7 @@ from gpu_extras.presets import draw_texture_2d
 
 from ...core.diagnostics import Diagnostics, SceneError
 from .. import properties
+from ..export.moved import export_moved
 from ..preferences import viewport_budget
 from .changes import changes_scene, fingerprint
 from .view import view_of
@@ -47,6 +48,9 @@ class Viewport:
 
     def update(self, context, depsgraph):
         """Export the scene if it changed."""
+        if self._move(depsgraph):
+            self._engine().tag_redraw()
+            return
         now = fingerprint(depsgraph, _visible_in(context.space_data))
         if self._cache is not None:
             self._cache.follow(depsgraph)
@@ -77,6 +81,18 @@ class Viewport:
             gpu.state.blend_set("NONE")
         engine.update_stats("", self._error or self._worker.text + self._warnings())
         self._look_out()
+
+    def _move(self, depsgraph):
+        """Follow objects that moved; False where more is to be done."""
+        if self._exported is None or self._cache is None:
+            return False
+        before, *others = self._exported
+        scene = export_moved(before, depsgraph, self._cache)
+        if scene is None:
+            return False
+        if scene is not before:
+            self._exported, self._wanted = (scene, *others), None
+        return True
 
     def _export(self, context, depsgraph):
         """Scene, settings and diagnostics of a `Job`."""

@@ -162,17 +162,19 @@ class Worker:
 
     def _compile(self, job):
         from ...core.compile import compile_scene
-        from ...core.compile.again import exchanged
+        from ...core.compile.again import exchanged, moved
 
         if self._scene is not job.scene:
             if self._compiled is None:
                 self.text = "Compiling"
             before, self._compiled = self._compiled, None
             if before is not None and before.geometry.triangle_count > MANY_TRIANGLES:
-                if exchanged(before.described, job.scene, ()) is None:
+                scenes = before.described, job.scene
+                can_move = before.accel.parts is not None and moved(*scenes) is not None
+                if not can_move and exchanged(*scenes, ()) is None:
                     before = None  # not two large ones at a time
             settings = replace(job.settings, **job.view.frame())
-            self._compiled = compile_scene(job.scene, settings, job.diagnostics, before=before)
+            self._compiled = compile_scene(job.scene, settings, job.diagnostics, before=before, editable=True)
             self._scene = job.scene
         return self._compiled
 

@@ -49,6 +49,22 @@ def exchanged(one, other, materials):
     return tuple(new[m] for m in materials)
 
 
+def moved(one, other):
+    """Numbers of the instances that stand elsewhere in another `core.scene.Scene`, of the same things else.
+
+    Returns
+    -------
+    list of int or None
+        None where the scenes differ by more than where meshes stand.
+    """
+    if not _same(one.instances, other.instances, but=("transform",)):
+        return None
+    if not all(_same(getattr(one, name), getattr(other, name)) for name in ("spheres", "curves", "planes")):
+        return None
+    pairs = enumerate(zip(one.instances, other.instances, strict=True))
+    return [n for n, (a, b) in pairs if a is not b and not _same(a.transform, b.transform)]
+
+
 def same_lights(one, other):
     """Whether two `core.scene.Scene`s have the same lamps and the same world."""
     a, b = one.world, other.world

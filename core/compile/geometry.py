@@ -58,7 +58,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         groups, count = place(scene.instances)
         reached = np.concatenate([centers, placed.points]), np.concatenate([radii, placed.radii])
-        origin = _centre(groups, *reached, scene)
+        origin = centre(groups, *reached, scene)[0]
         vertices, index, facets, normals, good = write_triangles(groups, count, origin)
     names = [x.name for x in scene.objects]
     material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
@@ -152,8 +152,8 @@ def _joined(first, *others):
 # -- triangles ---------------------------------------------------------------------------------------------------------
 
 
-def _centre(groups, centers, radii, scene):
-    """Middle of a box around all that is finite, or the camera's place.
+def centre(groups, centers, radii, scene):
+    """Middle of a box around all that is finite, or the camera's place; and how far one may be from it.
 
     What is small and far from the tables' zero loses its form in float32. Where it would do so about the middle, for
     which one outlier is enough, the camera's place is taken: from there, what looks large is precise.
@@ -162,14 +162,15 @@ def _centre(groups, centers, radii, scene):
     low, high = (np.concatenate(e) for e in zip(*ends, strict=True))
     finite = (np.isfinite(low) & np.isfinite(high)).all(1)
     if not finite.any():
-        return np.mean([p.point for p in scene.planes], axis=0, dtype=np.float64) if scene.planes else np.zeros(3)
+        points = [p.point for p in scene.planes] or [(0, 0, 0)]
+        return np.mean(points, axis=0, dtype=np.float64), 0.0
     bottom, top = low[finite].min(0), high[finite].max(0)
     middle, reach = 0.5 * bottom + 0.5 * top, float((0.5 * top - 0.5 * bottom).max())
     eye = np.asarray(scene.camera.transform, np.float64)[:3, 3]
     if not np.abs(eye - middle).max() <= 2 * reach:  # nor where it is not finite
-        return middle
+        return middle, reach
     sizes = np.where(finite, (high - low).max(1), np.inf)
-    return eye if _finest(groups, sizes, reach) < _FINE * reach else middle
+    return (eye, 0.0) if _finest(groups, sizes, reach) < _FINE * reach else (middle, reach)
 
 
 def _finest(groups, sizes, reach):

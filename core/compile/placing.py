@@ -28,6 +28,7 @@ class Placed(NamedTuple):
     corners: np.ndarray | None  # (T, 3) uint32, None is the plain order
     rows: slice  # of the facets
     first_vertex: int  # in the table of all vertices
+    is_shared: bool  # whether the mesh has other instances
 
 
 def place(instances):
@@ -45,7 +46,7 @@ def place(instances):
             continue
         numbers = np.array(numbers, np.int32)
         rows = slice(count, count + len(numbers) * len(triangles))
-        tables = vertices, triangles, corners, rows, vertex_count
+        tables = vertices, triangles, corners, rows, vertex_count, len(numbers) > 1
         groups.append(Placed(mesh, numbers, matrices[numbers], normal_matrix[numbers], flipped[numbers], *tables))
         count = rows.stop
         vertex_count += len(numbers) * len(vertices)

@@ -23,6 +23,7 @@ from .features import Feature, features_of, names
 from .geometry import compile_geometry
 from .lights import compile_lights
 from .materials import compile_materials
+from .moving import move, parts_of
 from .needs import needs_of
 from .objects import compile_objects
 from .visibility import SceneVisibility
@@ -63,7 +64,7 @@ class CompiledScene:
         What the scene needs, and what the methods therefore run.
     """
 
-    def __init__(self, scene, settings, diagnostics, force_features=None, before=None):
+    def __init__(self, scene, settings, diagnostics, force_features=None, before=None, editable=False):
         check_camera(scene.camera)
         self.described, self.diagnostics = scene, diagnostics
         self._shows_uv = "uv" in settings.guides.names
@@ -72,7 +73,7 @@ class CompiledScene:
             needs.uvs.add("")
         self._needs = needs
         shapes_stay = before is not None and before._shows_uv == self._shows_uv and same_shapes(before.described, scene)
-        geometry = before.geometry if shapes_stay else self._with_new_materials(before)
+        geometry = before.geometry if shapes_stay else self._with_new_places(before) or self._with_new_materials(before)
         forms_stay = geometry is not None
         if not forms_stay:
             geometry = compile_geometry(scene, needs.uvs, diagnostics, needs)
@@ -111,7 +112,10 @@ class CompiledScene:
         numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
         self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
-        self.accel = before.accel if forms_stay else Accel(self.geometry)
+        if forms_stay:
+            self.accel = before.accel
+        else:
+            self.accel = Accel(self.geometry, parts=parts_of(self.geometry) if editable else None)
         if any(p.operations & PROBING for p in programs):
             self.geometry = replace(self.geometry, probe=Probe(self.accel, self._interact))
         self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
@@ -130,6 +134,12 @@ class CompiledScene:
         cuts = settings.transparent_film and settings.method == "pathtrace"
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
+
+    def _with_new_places(self, before):
+        """The geometry of `before`, whose tables it takes over, where objects only moved; else None."""
+        if before is None or self._needs != before._needs:
+            return None
+        return move(before, self.described, self._needs)
 
     def _with_new_materials(self, before):
         """The geometry of `before` where only materials changed, and not what they read; else None."""
@@ -258,7 +268,7 @@ class CompiledScene:
         return table
 
 
-def compile_scene(scene, settings, diagnostics, force_features=None, before=None):
+def compile_scene(scene, settings, diagnostics, force_features=None, before=None, editable=False):
     """Compile a `core.scene.Scene`.
 
     Parameters
@@ -272,13 +282,16 @@ def compile_scene(scene, settings, diagnostics, force_features=None, before=None
     before : CompiledScene, optional
         Of another frame or moment. Its tables serve again where meshes and materials are the same objects and nothing
         else changed; the picture is the same, bit for bit.
+    editable : bool
+        The scene is going to be a `before` whose objects move, and be of no use then: Embree builds a tree for each
+        object, and tables are changed in place. Then pictures may differ by rounding.
 
     Raises
     ------
     SceneError
         When the scene cannot be rendered.
     """
-    return CompiledScene(scene, settings, diagnostics, force_features, before)
+    return CompiledScene(scene, settings, diagnostics, force_features, before, editable)
 
 
 def _are(some, others):

@@ -195,7 +195,7 @@ def _interpolated_before(group):
     Their corners' normals are not brought to unit length in the world, which comes to the same. So does Cycles; a mesh
     that is used once it moves to the world, and interpolates there.
     """
-    if len(group.numbers) == 1:
+    if not group.is_shared:
         return np.zeros(1, bool)
     square = group.normal_matrix @ group.normal_matrix.transpose(0, 2, 1)
     even = square[:, :1, :1] * np.eye(3)

@@ -194,9 +194,9 @@ def test_what_changed_is_compiled(worker, monkeypatch, many):
     served, compiled = [], []
     compile_anew = compile_package.compile_scene
 
-    def note(*args, before):
+    def note(*args, before, editable):
         served.append(before)
-        compiled.append(compile_anew(*args, before=before))
+        compiled.append(compile_anew(*args, before=before, editable=editable))
         return compiled[-1]
 
     monkeypatch.setattr(compile_package, "compile_scene", note)

@@ -335,6 +335,27 @@ def test_random_edits(blender):
     early, late = log["megabytes"]
     assert late - early < 50
     assert log["threads"] == 1
-    busy = [seconds for name in ("update", "draw") for _, seconds in log[name]]
-    assert np.percentile(busy, 99) < 0.05
-    assert np.median(log["cancel"]) < 0.5  # of wall clock, which tells of everything else that runs here
+    assert max(seconds for name in ("update", "draw") for _, seconds in log[name]) < 0.05
+    assert np.percentile(log["cancel"], 95) < 0.5  # of wall clock, which tells of everything else that runs here
+
+
+@pytest.mark.slow
+def test_no_call_holds_up_the_window(blender, samples):
+    """What Blender's own thread spends on Zraka at each update and each redraw, in the sample scenes.
+
+    Without the first update, which reads all; and without `many`, of whose objects it looks at each where one is an
+    instancer, comes or goes.
+    """
+    files = sorted(file for file in samples.glob("*.blend") if file.stem != "many")
+    for file in files:
+        shutil.copy(file, blender.folder)
+    folder = blender.folder / "stalls"
+    folder.mkdir()
+    script = blender.script("stalls.py", folder, *(file.name for file in files))
+    done = blender("--window-geometry", 0, 0, 1164, 655, "cornell.blend", *script, gui=True, timeout=1200)
+    assert done.returncode == 0, done.stdout
+    log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
+    for file in files:
+        calls = log[file.name]
+        assert calls["moves"] >= 5
+        assert max(calls["update"][1:] + calls["draw"]) < 0.05, file.name

@@ -17,6 +17,7 @@ import bpy
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 LIMIT = 120.0  # seconds for one step; other programs may want the processor too
+LOOK_EVERY = 0.05  # seconds
 
 
 def move(window, x, y):
@@ -78,7 +79,7 @@ class Driver:
         self._steps = steps
         self._log = log
         self._condition = None
-        self._deadline = 0.0
+        self._waited = self._looked = 0.0
 
     def start(self):
         """Begin when the window stands."""
@@ -87,9 +88,12 @@ class Driver:
     def _take(self):
         try:
             if self._condition is not None and not self._condition():
-                if time.perf_counter() > self._deadline:
+                now = time.perf_counter()
+                self._waited += min(now - self._looked, 1.0)  # the whole program may have been stopped meanwhile
+                self._looked = now
+                if self._waited > LIMIT:
                     raise TimeoutError(f"waited {LIMIT:.0f} s in vain; so far {self._log}")
-                return 0.05
+                return LOOK_EVERY
             wait = next(self._steps)
         except StopIteration:
             (FOLDER / "log.json").write_text(json.dumps(self._log), encoding="utf-8")
@@ -99,5 +103,5 @@ class Driver:
             bpy.ops.wm.quit_blender()
             raise
         self._condition = wait if callable(wait) else None
-        self._deadline = time.perf_counter() + LIMIT
-        return 0.05 if callable(wait) else wait
+        self._waited, self._looked = 0.0, time.perf_counter()
+        return LOOK_EVERY if callable(wait) else wait
