@@ -204,6 +204,21 @@ class ZrakaSceneSettings(bpy.types.PropertyGroup):
         soft_max=10.0,
         update=_tell,
     )
+    film_transparent_glass: BoolProperty(
+        name="Transparent Glass",
+        description="See what is behind a transparent film through glass too: alpha is what the glass leaves of it, "
+        "and only what mirrors in the glass is light. It costs little",
+        default=False,
+        update=_tell,
+    )
+    film_transparent_roughness: FloatProperty(
+        name="Roughness Threshold",
+        description="Glass that is rougher shows the world as light instead of what is behind the film",
+        default=0.1,
+        min=0.0,
+        max=1.0,
+        update=_tell,
+    )
     tile: IntProperty(
         name="Tile Size",
         description="Side in pixels of the squares in which pixels are traced: rays of neighbours meet the same "
@@ -306,6 +321,7 @@ def settings_of(scene, **overrides):
     fixed = scene.render.threads_mode == "FIXED"
     chosen["threads"] = scene.render.threads if fixed else preferred_threads()
     chosen["transparent_film"] = scene.render.film_transparent
+    chosen |= {name: getattr(group, f"film_{name}") for name in ("transparent_glass", "transparent_roughness")}
     chosen |= {name: getattr(group, name) for name in OVERRIDES if getattr(group, f"use_{name}")}
     chosen |= {name: value for name, value in overrides.items() if value is not None}
     return Settings(**chosen)

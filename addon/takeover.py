@@ -33,6 +33,8 @@ DEFAULTS = {
     "sample_clamp_direct": 0.0,
     "sample_clamp_indirect": 10.0,
     "film_exposure": 1.0,
+    "film_transparent_glass": False,
+    "film_transparent_roughness": 0.1,
     "pixel_filter_type": "BLACKMAN_HARRIS",
     "filter_width": 1.5,
     "seed": 0,
@@ -43,7 +45,6 @@ _LEFT = {
     "use_animated_seed": (False, "the animated seed"),
     "caustics_reflective": (True, "no reflective caustics"),
     "caustics_refractive": (True, "no refractive caustics"),
-    "film_transparent_glass": (False, "transparent glass"),
     "use_fast_gi": (False, "the fast GI approximation"),
 }
 _FILTERS = ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS")  # Cycles' numbers of them
@@ -110,6 +111,8 @@ def to_zraka(values):
         "clamp_direct": 3 * values["sample_clamp_direct"],
         "clamp_indirect": 3 * values["sample_clamp_indirect"],
         "exposure": values["film_exposure"],
+        "film_transparent_glass": bool(values["film_transparent_glass"]),
+        "film_transparent_roughness": values["film_transparent_roughness"],
         "pixel_filter": values["pixel_filter_type"],
         "filter_width": values["filter_width"],
         "seed": values["seed"],
@@ -141,7 +144,7 @@ def take_over(scene):
         f"noise target {settings['noise_target']:.4g}, depth {settings['depth']}, "
         f"{_said_bounces(settings)}transparent depth {settings['transparent_depth']}, "
         f"clamping {settings['clamp_direct']:.4g} and {settings['clamp_indirect']:.4g}, "
-        f"exposure {settings['exposure']:.4g}, filter, seed and time limit"
+        f"exposure {settings['exposure']:.4g}, transparent glass, filter, seed and time limit"
     )
     return f"{said}; not taken over: {', '.join(left)}" if left else said
 
@@ -193,8 +196,8 @@ class ZRAKA_OT_take_over_cycles(bpy.types.Operator):
     bl_idname = "zraka.take_over_cycles"
     bl_label = "Take Over Cycles Settings"
     bl_description = (
-        "Set samples, noise targets, depths, clamping, exposure, pixel filter, seed and time limit as Cycles' are in "
-        "this scene. Error and time are then what the same numbers make of them in Zraka"
+        "Set samples, noise targets, depths, clamping, exposure, transparent glass, pixel filter, seed and time limit "
+        "as Cycles' are in this scene. Error and time are then what the same numbers make of them in Zraka"
     )
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender's own name and type
 

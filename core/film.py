@@ -51,6 +51,8 @@ class Film:
         Which pixel of the region, ``y * width + x``, is traced when; None is in this order.
     extra : int
         Further channels of a sample, which are no part of the picture.
+    behind, compose : int, callable
+        Channels between these, and what makes the picture of them: as of `core.methods.wavefront.Wavefront`.
 
     Attributes
     ----------
@@ -61,7 +63,7 @@ class Film:
     stats : dict
     """
 
-    def __init__(self, width, height, alpha=False, places=None, extra=0):
+    def __init__(self, width, height, alpha=False, places=None, extra=0, behind=0, compose=None):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
@@ -71,7 +73,8 @@ class Film:
         if places is not None:
             self._order[places] = np.arange(total, dtype=np.int32)
         self._channels = 4 if alpha else 3
-        self._sums = _zeros((self._channels + extra, total), np.float64)
+        self._behind, self._compose = behind, compose
+        self._sums = _zeros((self._channels + behind + extra, total), np.float64)
         # The mean colour of the first n/2, n/4 and n/8 samples, n the power of two that a pixel fills.
         self._marks = _zeros((3, 3, total), np.float32)
         self._counts = _zeros((total,), np.int32)
@@ -128,7 +131,8 @@ class Film:
     def extra(self, first, stop):
         """Means of the further channels `first` to `stop`, (stop - first, H·W) float32."""
         with self._lock:
-            sums = self._sums[self._channels + first : self._channels + stop]
+            start = self._channels + self._behind
+            sums = self._sums[start + first : start + stop]
             return (sums / np.maximum(self._counts, 1))[:, self._order].astype(np.float32)
 
     def counts(self):
@@ -142,8 +146,9 @@ class Film:
         for part in _parts(len(out)):
             pixels = self._order[part]
             with self._lock:
-                sums = self._sums[: self._channels, pixels]
-                out[part, : self._channels] = (sums / np.maximum(self._counts[pixels], 1)).T
+                sums = self._sums[: self._channels + self._behind, pixels]
+                means = sums / np.maximum(self._counts[pixels], 1)
+            out[part, : self._channels] = (means if self._compose is None else self._compose(means)).T
         return out.reshape(self.height, self.width, 4)
 
     # -- the error -----------------------------------------------------------------------------------------------------

@@ -72,9 +72,11 @@ class _Render:
         x0, y0, x1, y1 = settings.region
         check_picture(x1 - x0, y1 - y0)
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
-        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, self._methods[0].extra)
-        self._chunk = settings.chunk or self._methods[0].chunk
-        self._waves = self._methods[0].waves
+        any_of = self._methods[0]
+        composed = any_of.behind, any_of.compose
+        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, any_of.extra, *composed)
+        self._chunk = settings.chunk or any_of.chunk
+        self._waves = any_of.waves
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]

@@ -93,6 +93,10 @@ class Settings:
         Factor of the light in the picture; limits by clamping come before.
     transparent_film : bool
         The world is not seen by the camera and alpha tells where it would be.
+    transparent_glass : bool
+        Of path tracing: the film is seen through glass as well, and alpha is what the glass leaves.
+    transparent_roughness : float
+        Of the roughest glass through which it is.
     reflectivity, transparency, ior, exponent, ambient : float, optional
         The classic methods' overrides of every material's k_s, k_t, IOR, Phong exponent and of the ambient light.
     guides : Guides
@@ -122,6 +126,8 @@ class Settings:
     filter_width: float = 1.5
     exposure: float = 1.0
     transparent_film: bool = False
+    transparent_glass: bool = False
+    transparent_roughness: float = 0.1
     reflectivity: float | None = None
     transparency: float | None = None
     ior: float | None = None

@@ -16,6 +16,7 @@ import numpy as np
 
 from .compile import compile_scene
 from .compile.again import same_cameras, same_shapes
+from .compile.features import Feature
 from .diagnostics import Diagnostics
 
 MOST_SLICES = 16
@@ -97,6 +98,9 @@ def compile_shutter(scenes, settings, diagnostics, before=None):
             continue
         before = compiled[-1] if compiled else before
         compiled.append(compile_scene(scene, settings, Diagnostics() if compiled else diagnostics, before=before))
+    if any(Feature.CATCHERS in scene.features for scene in compiled):  # their samples have more channels
+        for scene in compiled:
+            scene.run_also(Feature.CATCHERS | Feature.VISIBILITY)
     first = compiled[0]
     if all(scene.accel is first.accel and scene.lights is first.lights for scene in compiled):
         cameras = [scene.described.camera for scene in compiled]

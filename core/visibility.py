@@ -43,6 +43,9 @@ class Visibility:
         means nothing to lights and worlds.
     holdout : bool
         Objects only: the camera sees a hole in their place.
+    catcher : bool
+        Objects: they stand for what is behind the picture, which shows only how others shade them
+        (`core.methods.catchers`). Lights: whether they belong to what is behind; the world does.
     receivers, blockers : ObjectSet, optional
         Of what shines: the objects that it lights, and those that shade it; None is all.
     receives_as, blocks_as : str
@@ -53,6 +56,7 @@ class Visibility:
 
     rays: Rays = ALL_RAYS
     holdout: bool = False
+    catcher: bool = False
     receivers: ObjectSet | None = None
     blockers: ObjectSet | None = None
     receives_as: str = ""
@@ -61,5 +65,5 @@ class Visibility:
 
 
 SEEN_BY_ALL = Visibility()
-LAMP = Visibility(ALL_RAYS & ~Rays.CAMERA)
+LAMP = Visibility(ALL_RAYS & ~Rays.CAMERA, catcher=True)
 """Blender's default of lights: the camera does not see them."""

@@ -50,6 +50,8 @@ def match(scene):
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.pixel_filter_type, cycles.filter_width, cycles.film_exposure = "BOX", 1.0, 1.0
     group.pixel_filter, group.filter_width = "BOX", 1.0
+    cycles.film_transparent_glass = group.film_transparent_glass
+    cycles.film_transparent_roughness = group.film_transparent_roughness
     cycles.time_limit = 0.0
     render.use_compositing = render.use_sequencer = render.use_motion_blur = False
 
@@ -78,12 +80,13 @@ def picture(scene, engine, samples, seed):
     return operate(scene, engine)[0]
 
 
-def operate(scene, engine):
+def operate(scene, engine, alpha=False):
     """Render the scene as it is set.
 
     Returns
     -------
     picture : (H, W, 3) float32
+        With `alpha`, (H, W, 4).
     seconds : float
         Wall time of the whole operator, from Blender's evaluation to the closed file.
 
@@ -100,6 +103,8 @@ def operate(scene, engine):
     if hasattr(kind, "media_type"):  # Blender 5
         kind.media_type = "IMAGE"
     kind.file_format, kind.color_mode, kind.color_depth, kind.exr_codec = "OPEN_EXR", "RGB", "32", "NONE"
+    if alpha:
+        kind.color_mode = "RGBA"
     with tempfile.TemporaryDirectory() as folder:
         scene.render.filepath = str(Path(folder) / "picture.exr")
         try:
@@ -109,7 +114,7 @@ def operate(scene, engine):
                 seconds = time.perf_counter() - started
         except RuntimeError as error:
             raise SceneError(" ".join(str(error).removeprefix("Error: ").split())) from error
-        return oiio.ImageBuf(scene.render.filepath).get_pixels(oiio.FLOAT)[..., :3], seconds
+        return oiio.ImageBuf(scene.render.filepath).get_pixels(oiio.FLOAT)[..., : 3 + alpha], seconds
 
 
 # -- what Zraka measures of itself -------------------------------------------------------------------------------------

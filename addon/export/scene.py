@@ -22,7 +22,7 @@ from .object_info import ObjectInfos
 from .points import export_points
 from .updates import address, key_of
 from .versions import working_space
-from .visibility import Visibilities, diagnose_object
+from .visibility import Visibilities
 from .world import export_world
 
 __all__ = ("export_scene", "frame_size", "render_border")
@@ -106,7 +106,6 @@ class _Objects:
         self._needs = {}
         self._infos = ObjectInfos(depsgraph, diagnostics)
         self._visibility = Visibilities(depsgraph)
-        self._diagnosed = set()
         self._layer = self._visibility.state, address(self._override)
         self._known_entries = cache.entries if cache.layer == self._layer else {}
         self._entries, self._is_fixed = {}, True
@@ -170,7 +169,6 @@ class _Objects:
     def add(self, instance):
         """Add one entry of the dependency graph."""
         obj, data = instance.object, instance.object.data
-        self._diagnose(instance)
         # Text, curves and metaballs come twice: as what they are and as the mesh made of them. Only the mesh counts.
         if type(data) is bpy.types.Mesh:
             self._add_mesh(instance, data)
@@ -284,13 +282,6 @@ class _Objects:
         point, normal = tuple(transform[:3, 3].tolist()), tuple(normal.tolist())
         seen = self._visibility(instance)
         self.planes.append(description.Plane(point, normal, material, obj.name, info, seen))
-
-    def _diagnose(self, instance):
-        """Settings that are not honoured, said once for an object and for what instances it."""
-        for obj in (instance.object, instance.parent):
-            if obj is not None and obj.name_full not in self._diagnosed:
-                self._diagnosed.add(obj.name_full)
-                diagnose_object(obj, self._diagnostics)
 
 
 def _places(depsgraph):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from ...core.visibility import ALL_RAYS, UNLIMITED, ObjectSet, Rays, Visibility
 
-_SHOWN = ("MESH", "CURVE", "FONT", "SURFACE", "META", "POINTCLOUD", "CURVES", "LIGHT", "EMPTY")
 _KINDS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 _BOUNCES = 1024  # the most that Blender's settings can say, which stands for no limit
 
@@ -59,6 +58,7 @@ class Visibilities:
         name = obj.name_full
         return Visibility(
             rays=rays,
+            catcher=obj.is_shadow_catcher or (parent is not None and parent.is_shadow_catcher),
             holdout=obj.type != "LIGHT" and obj.holdout_get(view_layer=self._layer),
             receivers=self._sets["receiver"].get(name),
             blockers=self._sets["blocker"].get(name),
@@ -93,21 +93,6 @@ def world_visibility(world):
         if not getattr(settings, kind, True):
             rays &= ~Rays[kind.upper()]
     return Visibility(rays, max_bounces=_max_bounces(world))
-
-
-def diagnose_object(obj, diagnostics):
-    """Warn of what object `obj` asks for and Zraka does not do.
-
-    Parameters
-    ----------
-    obj : bpy.types.Object
-    diagnostics : Diagnostics
-    """
-    if obj.type not in _SHOWN:
-        return
-    place = f"object '{obj.name}'"
-    if obj.is_shadow_catcher and obj.type != "LIGHT":
-        diagnostics.warn("shadow catchers are not supported; they are rendered as ordinary objects", place)
 
 
 def _rays(obj):

@@ -169,6 +169,27 @@ class RENDER_PT_zraka_film(ClosedPanel, bpy.types.Panel):
         column.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
+class RENDER_PT_zraka_film_transparency(Panel, bpy.types.Panel):
+    """How a transparent film is seen through glass."""
+
+    bl_label = "Transparent"
+    bl_parent_id = "RENDER_PT_zraka_film"
+
+    @classmethod
+    def poll(cls, context):
+        """Show the panel where there are random paths."""
+        return super().poll(context) and traces_paths(context)
+
+    def draw_settings(self, column, context):
+        """Draw the switch and its limit."""
+        settings = context.scene.zraka
+        column.active = context.scene.render.film_transparent
+        column.prop(settings, "film_transparent_glass")
+        limit = column.column()
+        limit.active = settings.film_transparent_glass
+        limit.prop(settings, "film_transparent_roughness")
+
+
 class RENDER_PT_zraka_pixel_filter(Panel, bpy.types.Panel):
     """How pixels take in what is around them."""
 
@@ -212,6 +233,7 @@ CLASSES = (
     RENDER_PT_zraka_clamping,
     RENDER_PT_zraka_motion_blur,
     RENDER_PT_zraka_film,
+    RENDER_PT_zraka_film_transparency,
     RENDER_PT_zraka_pixel_filter,
     RENDER_PT_zraka_performance,
 )

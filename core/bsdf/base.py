@@ -18,6 +18,7 @@ class Lobe(enum.Flag):
     GLOSSY = enum.auto()
     DELTA = enum.auto()
     STRAIGHT = enum.auto()  # passes on unbent: not a hit, `transparent_depth` counts it
+    CLEAR = enum.auto()  # of a sample: smooth enough for the film to be seen through (`core.methods.clear_glass`)
 
 
 class LobeSample(NamedTuple):

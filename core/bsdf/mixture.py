@@ -19,6 +19,10 @@ from .base import BSDFSample, Lobe
 ALBEDO = "albedo"
 """A lobe's parameter that holds its albedo, where that is known before."""
 
+MARK = "mark"
+"""A lobe's parameter: bits (1,) or (N,) uint8 that the flags of its samples have besides the lobe's own."""
+
+_OF_MIXTURE = (ALBEDO, MARK)  # what lobes do not read
 _TINY = 1e-20
 _BELOW_ONE = 1.0 - 2.0**-24
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
@@ -116,6 +120,8 @@ def _sample_one(entries, surface, uc, u0, u1, shares, flags, arena):
     lobe, color, params, n = entries[0]
     n = surface.ns if n is None else n
     s = lobe.sample(params, n, surface.wo, uc, u0, u1, arena)
+    if flags is not None and MARK in params:
+        np.bitwise_or(flags, params[MARK], out=flags)
     straight = arena.full(uc.shape, True, bool) if Lobe.STRAIGHT in lobe.flags else None
     weight = s.weight
     keep = _on_its_side(lobe, n, surface.ng, s.wi, arena)
@@ -153,6 +159,8 @@ def _sample_many(entries, surface, uc, u0, u1, shares, flags, arena):
             pdf[lanes] = s.pdf
             if flags is not None:
                 flags[lanes] = entry[0].flags.value
+                if MARK in entry[2]:
+                    flags[lanes] |= _at(entry[2][MARK], lanes, arena)
             if _MAY_BE_DELTA & entry[0].flags:
                 # Only the lobe that made a delta direction has any weight there.
                 alone = color * s.weight / share
@@ -197,7 +205,7 @@ def _sample_lanes(entry, surface, lanes, uc, u0, u1, arena):
     """`LobeSample` of one lobe over `lanes`, leaks dropped, and the lobe's colour there."""
     lobe, color, params, n = entry
     n = surface.ns if n is None else n
-    params = {name: _at(value, lanes, arena) for name, value in params.items() if name != ALBEDO}
+    params = {name: _at(value, lanes, arena) for name, value in params.items() if name not in _OF_MIXTURE}
     normal, wo = _at(n, lanes, arena), arena.take(surface.wo, lanes)
     s = lobe.sample(params, normal, wo, uc, arena.take(u0, lanes), arena.take(u1, lanes), arena)
     ng = normal if n is surface.ng else _at(surface.ng, lanes, arena)

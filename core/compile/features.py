@@ -26,8 +26,10 @@ class Feature(enum.Flag):
     CLAMP = enum.auto()
     FAR_CLIP = enum.auto()
     LIGHT_PATH = enum.auto()  # shaders that ask what kind of ray met them
+    CLEAR_GLASS = enum.auto()  # glass through which a transparent film is seen
     VISIBILITY = enum.auto()  # objects and lights that not every ray sees, or every object is lit by
     BOUNCE_LIMITS = enum.auto()  # paths that a limit of one kind of bounce ends
+    CATCHERS = enum.auto()  # shadow catchers
 
     @classmethod
     def all(cls):
@@ -54,6 +56,7 @@ def features_of(geometry, materials, lights, camera, settings):
         Feature.CLAMP: settings.clamp_direct > 0 or settings.clamp_indirect > 0,
         Feature.FAR_CLIP: camera.has_far,
         Feature.BOUNCE_LIMITS: settings.limits_kinds,
+        Feature.CLEAR_GLASS: sees_film_through_glass(settings) and any(p.mixture.refracts for p in programs),
         Feature.LIGHT_PATH: lights.environment.by_ray
         or any(p.operations & _ASK_FOR_RAYS for p in programs)
         or any(getattr(kind, "by_ray", False) for kind in lights.sampler.kinds),
@@ -63,6 +66,11 @@ def features_of(geometry, materials, lights, camera, settings):
         if is_needed:
             found |= feature
     return found
+
+
+def sees_film_through_glass(settings):
+    """Whether `settings` ask for it."""
+    return settings.method == "pathtrace" and settings.transparent_film and settings.transparent_glass
 
 
 def names(features):

@@ -121,8 +121,16 @@ class CompiledScene:
         self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
         if not self.visibility.is_plain:
             self.needed |= Feature.VISIBILITY
+        if self.visibility.among_catchers is not None and settings.method == "pathtrace":
+            self.needed |= Feature.CATCHERS
         self.features = self.needed if force_features is None else force_features
         self.lights.sampler.tells_lights = Feature.VISIBILITY in self.features
+        self._say_what_is_missing(settings, diagnostics)
+
+    def _say_what_is_missing(self, settings, diagnostics):
+        programs = self.materials.programs
+        if self.visibility.among_catchers is not None and settings.method != "pathtrace":
+            diagnostics.warn("shadow catchers are rendered as any other object by this method")
         if self.accel.insides_missed:
             diagnostics.warn("this Blender's Embree does not show spheres of large point clouds from inside")
         if self.visibility.holdout_prim is not None and settings.method != "pathtrace":
@@ -173,6 +181,20 @@ class CompiledScene:
         other.described = replace(self.described, camera=camera)
         other.geometry = replace(self.geometry, view=View(camera, width, height, self.geometry.origin))
         other._look(camera, width, height)
+        return other
+
+    def run_also(self, features):
+        """Run the stages of `features` too; it changes no picture."""
+        self.features |= features
+        self.lights.sampler.tells_lights = Feature.VISIBILITY in self.features
+
+    def of_catchers(self):
+        """A copy, of the same tables, in which shadow catchers and their lights are alone."""
+        other = copy.copy(self)
+        other.visibility = self.visibility.among_catchers
+        other.accel = other.visibility.all
+        if self.geometry.probe is not None:
+            other.geometry = replace(self.geometry, probe=Probe(other.accel, self._interact))
         return other
 
     def look_through(self, camera, width, height):

@@ -12,7 +12,7 @@ _OF_SURFACES = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION
 
 
 class SceneVisibility:
-    """Visibility of a compiled scene.
+    """Visibility of a compiled scene; with `catchers_only` as if shadow catchers and their lights were alone.
 
     What may shine is numbered: the lights of the description, then the objects, then the world. Such a number is called
     an *emitter*.
@@ -23,12 +23,18 @@ class SceneVisibility:
         Emitters: the first object, and the world.
     is_plain : bool
         Whether everything is seen by all that Blender's defaults let see it; then nobody needs to ask.
+    all : Accel or PartialAccel
+        What is there.
     camera, shadow : Accel or PartialAccel
         What camera rays and shadow rays meet.
     scattered : tuple
         What diffuse, glossy and transmission rays meet, in this order.
     holdout_prim : (P + 1,) bool
         Primitives that are holes to the camera, as `CompiledScene.emissive_prim`; None where there are none.
+    catcher_prim : (P + 1,) bool
+        Primitives that catch shadows, in the same way.
+    among_catchers : SceneVisibility
+        With `catchers_only`; None where there are none.
     rays, max_bounces : (E,) uint8, (E,) int32
         Of each emitter, as `Visibility` has them.
     limited : (E,) bool
@@ -39,7 +45,7 @@ class SceneVisibility:
         The first is `shadow`.
     """
 
-    def __init__(self, scene, geometry, lights, accel):
+    def __init__(self, scene, geometry, lights, accel, catchers_only=False):
         objects = scene.objects
         of_objects = [o.visibility for o in objects]
         emitters = [light.visibility for light in scene.lights] + of_objects + [scene.world.visibility]
@@ -49,8 +55,13 @@ class SceneVisibility:
         defaults = [LAMP] * len(scene.lights) + [SEEN_BY_ALL] * (len(objects) + 1)
         self.is_plain = all(_acts_like(v, default) for v, default in zip(emitters, defaults, strict=True))
         self.rays = np.array([v.rays for v in emitters], np.uint8)
+        catchers = np.array([v.catcher for v in emitters])
+        if catchers_only:
+            self.rays[: self.world][~catchers[: self.world]] = 0
         self.max_bounces = np.array([v.max_bounces for v in emitters], np.int32)
         self._object_rays = self.rays[self.first_object : self.world]
+        catches = catchers[self.first_object : self.world]
+        self.all = self._tree(catches | (not catchers_only))
         self.camera, self.shadow = self._seen_by(Rays.CAMERA), self._seen_by(Rays.SHADOW)
         self.scattered = tuple(self._seen_by(kind) for kind in (Rays.DIFFUSE, Rays.GLOSSY, Rays.TRANSMISSION))
         names = [o.visibility.receives_as or o.name for o in objects]
@@ -63,6 +74,10 @@ class SceneVisibility:
         self.limited |= (self._reach_of > 0) | (self.blockers > 0) | (self.max_bounces < UNLIMITED)
         holds_out = np.array([v.holdout for v in of_objects], bool)
         self.holdout_prim = np.append(holds_out[geometry.object], False) if holds_out.any() else None
+        self.catcher_prim = self.among_catchers = None
+        if catches.any() and not catchers_only:
+            self.catcher_prim = np.append((catches & ~holds_out)[geometry.object], False)
+            self.among_catchers = SceneVisibility(scene, geometry, lights, accel, catchers_only=True)
 
     def emitter_of_light(self, light):
         """Emitter of the lights `light` of the `LightSampler`."""
@@ -95,6 +110,7 @@ def _acts_like(visibility, default):
         (visibility.rays, visibility.receivers, visibility.blockers) == (default.rays, None, None)
         and visibility.max_bounces == UNLIMITED
         and not visibility.holdout
+        and visibility.catcher <= default.catcher
     )
 
 

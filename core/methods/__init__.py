@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The four methods, by name."""
 
+import functools
+
 from ..compile.features import Feature
-from .light_passes import LightPassTrace, VisibilityLightPassTrace, summed
+from .catchers import Catchers
+from .clear_glass import ClearGlass
+from .light_passes import LightPasses, summed
 from .local_visibility import VisibilityPhong, VisibilityRayCast, VisibilityRayTrace
 from .pathtrace import PathTrace
 from .phong import Phong
@@ -21,8 +25,21 @@ _VISIBILITY_METHODS = {
 
 def method_of(compiled, settings):
     """The method that `settings` name, as the features of the compiled scene need it."""
-    methods = _VISIBILITY_METHODS if Feature.VISIBILITY in compiled.features else METHODS
-    if summed(settings):
-        method = VisibilityLightPassTrace if Feature.VISIBILITY in compiled.features else LightPassTrace
+    features = compiled.features
+    method = (_VISIBILITY_METHODS if Feature.VISIBILITY in features else METHODS)[settings.method]
+    if settings.method != "pathtrace":
         return method(compiled, settings)
-    return methods[settings.method](compiled, settings)
+    glass = (ClearGlass,) if Feature.CLEAR_GLASS in features else ()
+    passes = (LightPasses,) if summed(settings) else ()
+    if Feature.CATCHERS not in features:
+        return _composed(method, *glass, *passes)(compiled, settings)
+    whole = _composed(method, *glass, *passes, Catchers)(compiled, settings)
+    if compiled.visibility.among_catchers is not None:
+        whole.alone = _composed(method, *glass)(compiled.of_catchers(), settings)
+    return whole
+
+
+@functools.cache
+def _composed(method, *parts):
+    """`method` with the mixins `parts`, of which the first is asked first."""
+    return type("".join(part.__name__ for part in (*parts, method)), (*parts, method), {}) if parts else method

@@ -1,11 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surfaces that cut a hole into the picture: the Holdout shader node."""
+"""Where a transparent film is seen: beside all objects, and through surfaces that cut a hole into the picture."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .wavefront import gather, surface_context
+
+
+class SeesFilm:
+    """What path tracing does to alpha; a base of it."""
+
+    def _cut_holes(self, paths, hits, depth, radiance, worker):
+        if depth > self._film_depth:
+            return
+        ray = paths.ray(depth, hits.t, worker.scratch)
+        lanes, share = holes(self.scene, hits, paths.o, paths.d, ray, worker.scratch)
+        seen = self._before_film(paths, lanes, depth)
+        self._uncover(paths, lanes[seen], share[seen], radiance)
+
+    def _clear_film(self, paths, hits, depth, radiance, worker):
+        if depth > self._film_depth:
+            return
+        missed = np.flatnonzero(hits.prim < 0)
+        self._uncover(paths, missed[self._before_film(paths, missed, depth)], 1.0, radiance)
+
+    def _uncover(self, paths, lanes, share, radiance):
+        """Take the `share` (n,) of what the paths `lanes` carry from alpha."""
+        where = lanes if paths.lane is None else paths.lane[lanes]
+        radiance[3, where] -= share if paths.beta is None else share * paths.beta[:, lanes].mean(axis=0)
+
+    def _before_film(self, paths, lanes, depth):
+        """Which of `lanes`, an index into them, belong to paths that see the film at a hit not beyond `_film_depth`."""
+        return slice(None)
 
 
 def has_holdouts(scene):

@@ -23,8 +23,6 @@ from ..bsdf.split import SplitMixture, share_of
 from ..vecmath import dot
 from .met import Met
 from .occlusion import add_occlusion
-from .pathtrace import PathTrace
-from .visibility import VisibilityPathTrace
 
 KINDS = ("diffuse", "glossy", "transmission")
 LIGHT = tuple(f"{kind}_{part}" for kind in KINDS for part in ("direct", "indirect"))
@@ -210,11 +208,3 @@ class LightPasses:
         if name in self._row:
             for row, values in zip(self._rows(radiance, name), light, strict=True):
                 row[lanes] += values
-
-
-class LightPassTrace(LightPasses, PathTrace):
-    """`PathTrace` with passes."""
-
-
-class VisibilityLightPassTrace(LightPasses, VisibilityPathTrace):
-    """`VisibilityPathTrace` with passes."""

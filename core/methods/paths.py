@@ -53,9 +53,10 @@ class Paths:
 
 
 def together(parts):
-    """All `Paths` of a list, from which None are left out, as one; None of none."""
+    """All `Paths` of a list, or all `Hits`, as one; None are left out, and None is what is made of none."""
     parts = [part for part in parts if part is not None]
     if len(parts) < 2:
         return parts[0] if parts else None
-    columns = zip(*(vars(part).values() for part in parts), strict=True)
-    return Paths(*(None if some[0] is None else np.concatenate(some, axis=-1) for some in columns))
+    rows = parts if isinstance(parts[0], tuple) else [vars(part).values() for part in parts]
+    columns = zip(*rows, strict=True)
+    return type(parts[0])(*(None if some[0] is None else np.concatenate(some, axis=-1) for some in columns))

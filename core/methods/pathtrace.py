@@ -18,7 +18,7 @@ from ..nodes.base import SHADOW_RAY
 from ..sampling.mis import weight as mis_weight
 from ..sampling.sampler import Draw
 from .bounce_limits import ending
-from .holdout import has_holdouts, holes
+from .holdout import SeesFilm, has_holdouts
 from .joining import joined, joined_samples
 from .paths import Paths, together
 from .roulette import roulette
@@ -29,7 +29,7 @@ from .wavefront import Wavefront, any_channel, gather, slices, surface_context
 _ROULETTE_DEPTH = 2  # hits before the first roulette
 
 
-class PathTrace(Wavefront):
+class PathTrace(SeesFilm, Wavefront):
     """Path tracing, composed of the stages that the scene needs.
 
     The waves of a task are traced one after the other until few of their paths are left, which are then followed
@@ -44,16 +44,17 @@ class PathTrace(Wavefront):
         self._straight = Feature.TRANSPARENCY in features
         self._tells_rays = bool(features & (Feature.LIGHT_PATH | Feature.BOUNCE_LIMITS))
         self._has_lights = Feature.DIRECT_LIGHT in features
+        constant = compiled.lights.environment.is_constant
+        self._add_world = self._add_constant_environment if constant else self._add_environment_map
         stages = {
-            Feature.ENVIRONMENT: (
-                self._add_constant_environment if compiled.lights.environment.is_constant else self._add_environment_map
-            ),
+            Feature.ENVIRONMENT: self._add_world,
             Feature.EMISSIVE_SURFACES: self._add_emission,
         }
         self._arrivals = tuple(stage for feature, stage in stages.items() if feature in features)
         self._has_lamps = Feature.LAMPS in features
         self._sees_lamps = 1  # hits before paths see lamps; the camera does not, as in Cycles
         self._sees_film = settings.transparent_film
+        self._film_depth = 0  # hits up to which a path may see the film
         if self._sees_film:
             self._arrivals += (self._clear_film,)
             if has_holdouts(compiled):
@@ -73,7 +74,7 @@ class PathTrace(Wavefront):
         radiance = worker.output.zeros((self.channels, chunk.lanes))
         if self._sees_film:
             radiance[3].fill(1)
-        waves = chunk.waves(self.settings.chunk or self.chunk)
+        waves = chunk.waves(max(self.settings.chunk or self.chunk, -(-chunk.lanes // self.waves)))
         few, late, unseen = chunk.lanes // len(waves) ** 2, defaultdict(list), []
         for lane, slot, wave in waves:
             own = radiance[:, lane : lane + wave.lanes]
@@ -120,8 +121,11 @@ class PathTrace(Wavefront):
         hits = self._trace(paths, None, paths.o, paths.d, paths.tmax, depth, worker)
         if depth > 0:
             worker.rays["secondary"] += paths.keys.size
-        if self._has_lamps and depth >= self._sees_lamps:
-            self._add_lamps(paths, None, hits, depth, radiance, worker)
+        self._cross(paths, None, hits, depth, radiance, worker)
+        return self._meet(paths, hits, depth, samples, radiance, worker)
+
+    def _meet(self, paths, hits, depth, samples, radiance, worker):
+        """What happens to paths at `hits`; returns those that go on."""
         if self._straight:
             self._pass_through(paths, hits, depth, samples, radiance, worker)
         for arrive in self._arrivals:
@@ -135,10 +139,14 @@ class PathTrace(Wavefront):
         return self.scene.accel.intersect(o, d, tmax, worker.scratch, clock=worker.clock)
 
     def _pass_through(self, paths, hits, depth, samples, radiance, worker):
-        """Carry paths through surfaces that they pass straight; lamps on the way count."""
+        """Carry paths through surfaces that they pass straight; what is on the way counts."""
         for lanes, further in self._passages(paths, hits, depth, samples, worker):
-            if self._has_lamps and depth >= self._sees_lamps:
-                self._add_lamps(paths, lanes, further, depth, radiance, worker)
+            self._cross(paths, lanes, further, depth, radiance, worker)
+
+    def _cross(self, paths, part, hits, depth, radiance, worker):
+        """What is on the way of the paths `part` (None: all) to `hits`."""
+        if self._has_lamps and depth >= self._sees_lamps:
+            self._add_lamps(paths, part, hits, depth, radiance, worker)
 
     def _passages(self, paths, hits, depth, samples, worker):
         """What `pass_through` yields."""
@@ -175,20 +183,6 @@ class PathTrace(Wavefront):
         if depth == 0 and self._sees_film:
             return np.zeros(0, np.intp)
         return np.flatnonzero(hits.prim < 0)
-
-    def _cut_holes(self, paths, hits, depth, radiance, worker):
-        if depth > 0:
-            return
-        ray = paths.ray(depth, hits.t, worker.scratch)
-        lanes, share = holes(self.scene, hits, paths.o, paths.d, ray, worker.scratch)
-        radiance[3, lanes] -= share if paths.beta is None else share * paths.beta[:, lanes].mean(axis=0)
-
-    def _clear_film(self, paths, hits, depth, radiance, worker):
-        if depth > 0:
-            return
-        missed = np.flatnonzero(hits.prim < 0)
-        seen = 1.0 if paths.beta is None else paths.beta[:, missed].mean(axis=0)
-        radiance[3, missed] -= seen
 
     def _add_emission(self, paths, hits, depth, radiance, worker):
         met = self._shining(paths, hits, depth)

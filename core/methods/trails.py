@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What paths remember of their scatterings: what the Light Path node asks of the rays that reach a surface.
 
-A trail is a column (7, N) float32 with the rows below: three flags of the last scattering and four counts. Where light
-does not reach every object, an eighth row is the number of the object that scattered last. A path that passes straight
+A trail is a column (7, N) float32 with the rows below: three flags of the last scattering and four counts. Where the
+film is seen through glass, an eighth row tells whether the path still sees it; where light does not reach every object,
+the last row is the number of the object that scattered last. A path that passes straight
 through a surface stays the kind of ray that it was. Source: Blender manual, "Light Path Node"; Cycles,
 `kernel/integrator/path_state.h`.
 """
@@ -16,11 +17,30 @@ from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..vecmath import dot
 
 _DIFFUSE, _SINGULAR, _TRANSMITTED, _DIFFUSE_DEPTH, _GLOSSY_DEPTH, _TRANSMISSION_DEPTH, _TRANSPARENT_DEPTH = range(7)
+_SEES_FILM = 7
 
 
 def new_trail(count, arena, receivers=False):
     """The trail of camera rays, with `receivers` of eight rows."""
     return arena.zeros((7 + receivers, count))
+
+
+def with_film(trail, arena):
+    """The trail of camera rays with the row that tells whether paths see the film: all do."""
+    out = arena.zeros((trail.shape[0] + 1, trail.shape[1]))
+    out[_SEES_FILM] = 1
+    return out
+
+
+def sees_film(trail):
+    """Whether each path only passed what is clear, (N,) bool."""
+    return trail[_SEES_FILM] > 0
+
+
+def hide_film(trail, flags):
+    """Note, in place, which paths see no film after they scattered as `flags` (N,) of their samples say."""
+    clear = (flags & Lobe.CLEAR.value) > 0
+    trail[_SEES_FILM] *= clear & is_transmitted(trail)
 
 
 def is_diffuse(trail):

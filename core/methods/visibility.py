@@ -78,7 +78,7 @@ class VisibilityPathTrace(PathTrace):
         def trace(lanes, o, d, tmax):
             return self._trace(paths, lanes, o, d, tmax, depth, worker)
 
-        clear = self._clear if depth == 0 else None
+        clear = self._clear if depth <= self._film_depth else None
         limit = self.settings.transparent_depth
         return pass_through(self.scene, paths, hits, depth, limit, samples, worker, trace, clear)
 
@@ -89,15 +89,17 @@ class VisibilityPathTrace(PathTrace):
 
         The paths carry nothing on; those that passed straight have been counted out before.
         """
-        if depth > 0:
+        if depth > self._film_depth:
             return
         arena = worker.scratch
         lanes = np.flatnonzero(np.take(self.scene.visibility.holdout_prim, hits.prim, mode="wrap"))
+        lanes = lanes[self._before_film(paths, lanes, depth)]
         if self._sees_film and lanes.size:
             part, d = gather(hits, lanes, arena), arena.take(paths.d, lanes)
             surface = self.scene.interact(part, arena.take(paths.o, lanes), d, arena)
             opacity = 1 - straight_weight(self.scene, surface, arena, paths.ray(depth, part.t, arena, lanes))
-            radiance[3, lanes] -= (paths.beta[:, lanes] * opacity).mean(axis=0)
+            where = lanes if paths.lane is None else paths.lane[lanes]
+            radiance[3, where] -= (paths.beta[:, lanes] * opacity).mean(axis=0)
         paths.beta[:, lanes] = 0
 
     def _leaving(self, paths, hits, depth):

@@ -63,6 +63,7 @@ class Worker:
     casters: object = None  # what casts the shadows that are asked for now; None is what all lights share
     stop: Event = field(default_factory=Event)
     rows: np.ndarray | None = None  # the chunk's radiance, where it is split into passes
+    caught: object = None  # `Caught` of the chunk (`catchers`)
 
     @property
     def nbytes(self):
@@ -111,12 +112,16 @@ class Wavefront:
         Lanes that are best traced together: many, so that calls cost little beside their work.
     waves : int
         As many times that is a task for `trace`, where there are so many.
+    behind, compose : int, callable
+        Channels of `radiance` after the picture's of which, and of the picture's, ``compose(means)`` makes the picture
+        that is shown, both of as many channels; None where it is there already.
     extra : int
-        Channels of `radiance` beyond the picture's.
+        Channels of `radiance` beyond, which are no part of the picture.
     """
 
     chunk = 163840
     waves = 1
+    behind, compose = 0, None
     extra = 0
 
     def __init__(self, compiled, settings):

@@ -19,6 +19,7 @@ import zraka
 from . import (
     bounce_cases,
     camera_cases,
+    catcher_cases,
     geometry_cases,
     lamp_cases,
     light_cases,
@@ -93,7 +94,7 @@ SECTIONS = {
     "bounces": (bounce_cases.CASES, of_bounces),
     "lamps": (lamp_cases.CASES, of_lamp),
     "worlds": (world_cases.CASES, of_world),
-    "visibility": (visibility_cases.CASES, of_visibility),
+    "visibility": (visibility_cases.CASES + catcher_cases.CASES, of_visibility),
     "motion": (motion_cases.CASES, of_motion),
     "geometry": (geometry_cases.CASES, of_geometry),
 }

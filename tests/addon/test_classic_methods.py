@@ -14,7 +14,7 @@ import pytest
 
 from zraka.addon.bench.engines import match, operate, watched
 
-from . import camera_cases, geometry_cases, light_cases, motion_cases, visibility_cases, world_cases
+from . import camera_cases, catcher_cases, geometry_cases, light_cases, motion_cases, visibility_cases, world_cases
 from .geometry_scenes import shows
 
 METHODS = ("PHONG", "RAYCAST", "RAYTRACE")
@@ -50,6 +50,7 @@ def of_others(module, case, scene):
 BUILDERS = {
     geometry_cases: of_geometry,
     visibility_cases: of_visibility,
+    catcher_cases: of_visibility,
     motion_cases: of_motion,
     **{module: partial(of_others, module) for module in (camera_cases, light_cases, world_cases)},
 }

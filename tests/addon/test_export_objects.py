@@ -337,21 +337,6 @@ def test_volumes_are_said_once(scene):
     assert [n.op for n in exported[0].nodes] == ["transparent"]  # not black
 
 
-def test_a_shadow_catcher_is_said_once_for_all_instances(scene):
-    mesh = quads()
-    hidden = bpy.data.collections.new("Library")
-    child = bpy.data.objects.new("Child", mesh)
-    child.is_shadow_catcher = True
-    hidden.objects.link(child)
-    for y in range(5):
-        empty = add(scene, f"Empty{y}", None)
-        empty.instance_type, empty.instance_collection = "COLLECTION", hidden
-    diagnostics = Diagnostics()
-    export(diagnostics)
-    (message,) = diagnostics.messages()
-    assert message.startswith("shadow catchers") and message.endswith("(object 'Child')")
-
-
 @pytest.mark.skipif(bpy.app.version < (5, 0), reason="the working space can be chosen since Blender 5.0")
 def test_another_working_space_is_said(scene):
     bpy.ops.wm.set_working_color_space(working_space="Linear Rec.2020")

@@ -89,6 +89,29 @@ def test_collections_that_are_indirect_only_or_hold_out(scene):
     assert {name for name, v in found.items() if v.holdout} == {"holdout", "own"}
 
 
+def test_shadow_catchers_and_their_lights(scene):
+    """As in Cycles an instance is a catcher where its instancer is one, and lights belong to catchers by default."""
+    child = bpy.data.objects.new("Child", quads())
+    library = collection_of(child)
+    for name in ("catcher", "plain"):
+        empty = add(scene, name, None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", library
+        empty.is_shadow_catcher = name == "catcher"
+    add(scene, "Floor", quads()).is_shadow_catcher = True
+    for name in ("real", "made"):
+        add(scene, name, bpy.data.lights.new(name, "POINT"))
+    bpy.data.objects["made"].is_shadow_catcher = False
+    diagnostics = Diagnostics()
+    exported = export(diagnostics)
+    assert sorted((i.name, i.visibility.catcher) for i in exported.instances) == [
+        ("Child", False),
+        ("Child", True),
+        ("Floor", True),
+    ]
+    assert {light.name: light.visibility.catcher for light in exported.lights} == {"real": True, "made": False}
+    assert diagnostics.messages() == []
+
+
 @pytest.mark.parametrize("role", ["receiver", "blocker"])
 @pytest.mark.parametrize("kind", ["light", "mesh"])
 def test_linking(scene, role, kind):

@@ -107,7 +107,8 @@ def test_every_panel_draws(context, method):
     context.object = bpy.data.objects.new("Cube", bpy.data.meshes.new("Cube"))
     seen |= {cls.__name__: drawn(cls, context) for cls in PANELS if "ray_visibility" in cls.__name__}
     hidden = {name for name, words in seen.items() if words is None} - {"mesh"}
-    only_paths, only_classic = {"RENDER_PT_zraka_clamping"}, {"RENDER_PT_zraka_overrides"}
+    only_paths = {"RENDER_PT_zraka_clamping", "RENDER_PT_zraka_film_transparency"}
+    only_classic = {"RENDER_PT_zraka_overrides"}
     assert hidden == (only_classic if method == "PATHTRACE" else only_paths)
     limits = [name for name in seen["RENDER_PT_zraka_max_bounces"] if name.endswith(("depth", "bounces"))]
     assert limits == {
@@ -208,6 +209,7 @@ def test_cycles_settings_are_taken_over(fresh):
     cycles.film_exposure, cycles.pixel_filter_type, cycles.filter_width = 2.0, "GAUSSIAN", 2.5
     cycles.seed, cycles.time_limit = 9, 60.0
     cycles.caustics_reflective = False
+    cycles.film_transparent_glass, cycles.film_transparent_roughness = True, 0.25
     said = takeover.first_use(fresh)
     found = properties.settings_of(fresh)
     assert found == Settings(
@@ -227,6 +229,8 @@ def test_cycles_settings_are_taken_over(fresh):
         pixel_filter="gaussian",
         filter_width=2.5,
         exposure=2.0,
+        transparent_glass=True,
+        transparent_roughness=0.25,
     )
     assert (fresh.zraka.viewport_samples, fresh.zraka.viewport_noise_target) == (33, 0.0)
     assert "77 samples" in said

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 import pytest
 
-from .visibility_cases import CASES, measure
+from . import catcher_cases, visibility_cases
+from .visibility_cases import measure
+
+CASES = visibility_cases.CASES + catcher_cases.CASES
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.item)

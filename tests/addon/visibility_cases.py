@@ -22,13 +22,17 @@ SIDE, BLOCKS = 24, 4
 
 @dataclass(frozen=True)
 class Case:
-    """What is changed in the room, ``change(objects, scene)``, after ``setup(objects)``, and how far off it may be."""
+    """What is changed in the room, ``change(objects, scene)``, after ``setup(objects)``, and how far off it may be.
+
+    `alpha`: whether that is compared as well.
+    """
 
     item: str
     change: Callable
     setup: Callable = lambda objects: None
     tolerance: float = 0.02
     note: str = ""
+    alpha: bool = False
 
 
 def give(obj, kind, **inputs):
@@ -91,9 +95,16 @@ def large_lamp(location, turn, size, energy=200):
 
 
 def means(picture):
-    """Means of blocks of pixels, (BLOCKS, BLOCKS, 3)."""
+    """Means of blocks of pixels, (BLOCKS, BLOCKS, C)."""
     width = SIDE // BLOCKS
-    return picture.reshape(BLOCKS, width, BLOCKS, width, 3).mean(axis=(1, 3))
+    return picture.reshape(BLOCKS, width, BLOCKS, width, -1).mean(axis=(1, 3))
+
+
+def farthest(some, others):
+    """Greatest difference of two pictures of blocks: of colours as a share of the brightest of `others`, of alpha."""
+    apart = np.abs(some - others)
+    brightest = others[..., :3].max() or 1.0
+    return float(max(apart[..., :3].max() / brightest, apart[..., 3:].max(initial=0)))
 
 
 def collection(*names, exclude=False):
@@ -109,15 +120,14 @@ def measure(case):
     """Greatest difference of the blocks' means, of how much the change shows, shares of the brightest; messages."""
     scene = room()
     case.setup(bpy.data.objects)
-    before = means(operate(scene, "ZRAKA")[0])
+    before = means(operate(scene, "ZRAKA", case.alpha)[0])
     case.change(bpy.data.objects, scene)
     match(scene)
     bpy.context.view_layer.update()
     with watched() as seen:
-        ours = means(operate(scene, "ZRAKA")[0])
-    theirs = means(operate(scene, "CYCLES")[0])
-    shown = float(np.abs(ours - before).max() / before.max())
-    return float(np.abs(ours - theirs).max() / theirs.max()), shown, seen.messages
+        ours = means(operate(scene, "ZRAKA", case.alpha)[0])
+    theirs = means(operate(scene, "CYCLES", case.alpha)[0])
+    return farthest(ours, theirs), farthest(ours, before), seen.messages
 
 
 # -- changes -----------------------------------------------------------------------------------------------------------
