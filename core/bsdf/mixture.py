@@ -262,7 +262,10 @@ def _eval_lobe(entry, surface, wi, arena):
 
 
 def _choice_probabilities(entries, surface, arena):
-    """Probability of each lobe, by the luminance of colour times albedo, (K, N); 0 everywhere where all are black."""
+    """Probability of each lobe, by the luminance of colour times albedo, (K, N); 0 everywhere where all are black.
+
+    Negative colours count by their size.
+    """
     shares = arena.empty((len(entries), surface.wo.shape[-1]))
     with arena.frame():
         t = arena.empty(surface.wo.shape[-1])
@@ -275,6 +278,7 @@ def _choice_probabilities(entries, surface, arena):
                 np.multiply(color[c], bright[c] if np.ndim(bright) == 2 else bright, out=t)
                 np.multiply(t, y, out=t)
                 np.add(share, t, out=share)
+            np.abs(share, out=share)
         np.add(shares[0], shares[1], out=t)
         for share in shares[2:]:
             np.add(t, share, out=t)

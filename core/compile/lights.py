@@ -19,6 +19,7 @@ from ..lights.area import AreaLights
 from ..lights.choice import importance_of
 from ..lights.classic import ClassicLights, LocalLight, ParallelLight, area_pseudo_light, mesh_pseudo_light
 from ..lights.environment import ConstantEnvironment, EnvironmentMap
+from ..lights.far_sides import far_sides
 from ..lights.lamps import LampHits
 from ..lights.panel import PanelLights, find_panels
 from ..lights.point import DiskLights, PointLights, SphereLights
@@ -67,7 +68,7 @@ class Lights:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is not finite goes through
-def compile_lights(scene, geometry, emission_of_material, diagnostics, environment=None):
+def compile_lights(scene, geometry, emission_of_material, diagnostics, environment=None, clear_materials=()):
     """Tables of all lights of `scene`.
 
     Parameters
@@ -82,6 +83,8 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics, environme
         Told of lights that are left out or changed.
     environment : ConstantEnvironment or EnvironmentMap, optional
         Of the world, compiled before.
+    clear_materials : sequence of int
+        Numbers of the materials through which light may pass straight.
 
     Returns
     -------
@@ -92,7 +95,8 @@ def compile_lights(scene, geometry, emission_of_material, diagnostics, environme
         builder.add(light, number)
     first_object = len(scene.lights)
     world = first_object + len(scene.objects)
-    emissive, surfaces, twins = _emissive_surfaces(geometry, emission_of_material, builder, first_object)
+    shades = partial(_shades_itself, scene, geometry, clear_materials)
+    emissive, surfaces, twins = _emissive_surfaces(geometry, emission_of_material, builder, first_object, shades)
     kinds = builder.kinds() + surfaces
     emitter = [builder.emitters(), *(geometry.object[np.atleast_2d(k.prim)[0]] + first_object for k in surfaces)]
     if environment is None:
@@ -275,7 +279,7 @@ def _spots_of(kind):
 _SPOTS = {kind: _spots_of(kind) for kind in (PointLights, SphereLights, DiskLights)}
 
 
-def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
+def _emissive_surfaces(geometry, emission_of_material, builder, first_object, shades):
     """Which primitives emit, (P,) bool, the tables of the panels and triangles among them, and twins (2, n).
 
     Of triangles in one place one is a light, for all shine through one another; a twin is (the other one, the light).
@@ -304,22 +308,28 @@ def _emissive_surfaces(geometry, emission_of_material, builder, first_object):
     low, high = geometry.bounds
     extent = float(np.linalg.norm(np.subtract(high, low, dtype=np.float64)))
     texture, axis = texture_of[material], outward(corners, geometry.object[prim], _LARGEST_BODY * extent)
-    # Only a body has a near side that hides the far one.
-    clearance = _TIGHT * geometry.facets[prim, OFFSET] if axis.any() else None
+    clearance = _TIGHT * geometry.facets[prim, OFFSET]
+    hiding = far_sides(corners, geometry.object[prim], axis, clearance, lambda rows: shades(prim[rows]))
     alike = (np.diff(prim) == 1) & (np.diff(material) == 0) & (np.diff(geometry.object[prim]) == 0)
     first, *sides = find_panels(corners, alike & (texture[1:] < 0))
     kinds = []
     if first.size:
         pairs = np.stack([prim[first], prim[first + 1]])
-        largest = None if clearance is None else np.maximum(clearance[first], clearance[first + 1])
-        kinds.append(PanelLights(*sides, pairs, radiance[:, first], axis[:, first], largest))
+        kinds.append(PanelLights(*sides, pairs, radiance[:, first], axis[:, first], hiding and hiding.of_pairs(first)))
     rest = np.delete(np.arange(prim.size), np.concatenate([first, first + 1]))
     if rest.size:
         texture = texture[rest] if textures else None
-        clearance = None if clearance is None else clearance[rest]
-        tables = radiance[:, rest], axis[:, rest], textures, texture, clearance
+        tables = radiance[:, rest], axis[:, rest], textures, texture, hiding and hiding.of(rest)
         kinds.append(TriangleLights(corners[:, rest], prim[rest], *tables))
     return emissive, kinds, twins
+
+
+def _shades_itself(scene, geometry, clear_materials, prim):
+    """Whether light from beyond primitives of an object that shines ends at them, (n,) bool of `prim` (n,)."""
+    numbers, inverse = np.unique(geometry.object[prim], return_inverse=True)
+    seen = [scene.objects[n].visibility for n in numbers]
+    meets = np.array([Rays.SHADOW in v.rays and v.blockers is None for v in seen], bool)
+    return meets[inverse] & ~np.isin(geometry.material[prim], np.asarray(clear_materials, int))
 
 
 def _emission_tables(geometry, emission_of_material, builder):

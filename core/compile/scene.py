@@ -165,7 +165,9 @@ class CompiledScene:
         world, environment = self.described.world, None
         if before is not None and before.described.world is world and not asks_for_camera(world):
             environment = copy.copy(before.lights.environment)  # of its own: it is told how often it is chosen
-        return compile_lights(self.described, self.geometry, emission, self.diagnostics, environment)
+        programs = self.materials.programs
+        clear = [m for m, n in enumerate(self.materials.program_of) if programs[n].transparency is not None]
+        return compile_lights(self.described, self.geometry, emission, self.diagnostics, environment, clear)
 
     def _light_follows_camera(self):
         """Whether the world, or a surface that is sampled as a light, may look different to another camera."""
@@ -278,7 +280,9 @@ class CompiledScene:
         u, v = rng.random((2, _MEAN_POINTS), np.float32)
         folded = u + v > 1
         u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
-        return self.emission_at(prims[rng.integers(prims.size, size=_MEAN_POINTS)], u, v, Arena()).mean(axis=1)
+        radiance = self.emission_at(prims[rng.integers(prims.size, size=_MEAN_POINTS)], u, v, Arena())
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite goes through
+            return radiance.mean(axis=1)
 
     def _by_primitive(self, of_material, miss=False, dtype=bool):
         """A per-material table spread over primitives, and `miss` at its end."""

@@ -30,12 +30,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..interaction import SHADOW_EPSILON
 from ..vecmath import dot
 
 _NO_LENGTH = 1e-18  # its square is still a normal float32
 NEAREST_SQUARED = 1e-24  # squared distances are kept above, so that no weight overflows
-_ROUNDED = 5e-7  # share of its length by which a shadow ray's end is rounded, with room
 
 
 class LightSample(NamedTuple):
@@ -103,30 +101,3 @@ def normalize_length(w, length, arena):
     dot(w, w, arena, out=length)
     np.sqrt(length, out=length)
     np.divide(w, length, out=w)
-
-
-def end_before_far_side(distance, wi, outward, clearance, arena):
-    """Change the `distance` (N,) to points on the far sides of bodies, so that shadow rays end close before them.
-
-    Shadow rays end a share of their length early, which may be more than a whole small body: its far side would shine
-    through the near one. Where points are seen from the outside they are left as they are.
-
-    Parameters
-    ----------
-    wi : (3, N)
-        Unit directions to the points.
-    outward : (3, N) or (3, 1)
-        Unit normals; zero on what is no body.
-    clearance : (N,) or (1,)
-        Bound on the points' error along the normal.
-    """
-    n = distance.size
-    with arena.frame():
-        away, end, most = dot(wi, outward, arena), arena.empty(n), arena.empty(n)
-        far = np.greater(away, 0.0, out=arena.empty(n, bool))
-        np.divide(clearance, np.maximum(away, 1e-6, out=away), out=end)
-        np.minimum(end, np.multiply(distance, 0.5, out=most), out=end)
-        np.multiply(distance, 1.0 - _ROUNDED, out=most)
-        np.subtract(most, end, out=end)
-        np.multiply(end, 1.0 / (1.0 - SHADOW_EPSILON), out=end)
-        np.copyto(distance, end, where=far)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from .base import Bounds, LightSample, end_before_far_side, rows_of
+from .base import Bounds, LightSample, rows_of
 from .rectangle import Rectangles
 
 _TOLERANCE = 1e-5  # of the diagonal: how far a rectangle's corner may be from its place
@@ -29,14 +29,14 @@ class PanelLights:
     radiance : (3, count)
     axis : (3, count), optional
         From `outward` of `core.lights.triangle`; serves the choice alone.
-    clearance : (count,), optional
+    far_sides : FarSides, optional
         As of `core.lights.triangle`.
     """
 
     extended = False  # rays hit the triangles themselves
     at_infinity = False
 
-    def __init__(self, corner, edge0, edge1, prim, radiance, axis=None, clearance=None):
+    def __init__(self, corner, edge0, edge1, prim, radiance, axis=None, far_sides=None):
         length0, length1 = np.linalg.norm(edge0, axis=0), np.linalg.norm(edge1, axis=0)
         x = edge0 / length0
         y = edge1 - (x * edge1).sum(axis=0) * x
@@ -45,8 +45,7 @@ class PanelLights:
         center = corner + 0.5 * (edge0 + edge1)
         self._shapes = Rectangles(center, x, y, np.cross(x, y, axis=0), half, both_sides=True)
         self._axis = axis
-        self._clearance = None if clearance is None else np.ascontiguousarray(clearance, np.float32)
-        self._outward = None if axis is None else np.ascontiguousarray(axis, np.float32)
+        self._far_sides = far_sides
         self.prim = np.ascontiguousarray(prim, np.int32)
         self.radiance = np.ascontiguousarray(radiance, np.float32)
         self.count = self._shapes.count
@@ -63,9 +62,8 @@ class PanelLights:
         np.divide(1.0, np.maximum(inverse, _TINY, out=pdf), out=pdf)
         with arena.frame():
             np.multiply(rows_of(self.radiance, rows, arena), inverse, out=weight)
-            if self._clearance is not None:
-                outward, clearance = (rows_of(a, rows, arena) for a in (self._outward, self._clearance))
-                end_before_far_side(distance, wi, outward, clearance, arena)
+            if self._far_sides is not None:
+                self._far_sides.hide(rows, wi, distance, weight, arena)
         return LightSample(wi, distance, weight, pdf)
 
     def density(self, rows, p, wi, distance, arena):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..sampling.warp import square_to_uniform_triangle
 from ..vecmath import dot
-from .base import NEAREST_SQUARED, Bounds, LightSample, end_before_far_side, normalize_length, rows_of
+from .base import NEAREST_SQUARED, Bounds, LightSample, normalize_length, rows_of
 
 _TINY = 1e-36  # keeps densities finite
 _MIX = tuple(map(np.uint64, (0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9)))  # odd, for hashes
@@ -33,14 +33,14 @@ class TriangleLights:
         ``Le(prim, u, v, arena, wo, [ray]) -> (3, n)`` of textured emitters, towards `wo`.
     texture : (count,) int, optional
         Number in `textures`, -1 where the radiance is constant.
-    clearance : (count,), optional
-        Bound on the error of points along `axis`, where bodies may hide their far sides; else None.
+    far_sides : FarSides, optional
+        Where bodies may hide their far sides; else None.
     """
 
     extended = False  # rays hit the triangles themselves
     at_infinity = False
 
-    def __init__(self, corners, prim, radiance, axis=None, textures=(), texture=None, clearance=None):
+    def __init__(self, corners, prim, radiance, axis=None, textures=(), texture=None, far_sides=None):
         v0, v1, v2 = np.asarray(corners, np.float64).reshape(3, 3, -1)
         across = 0.5 * np.cross(v1 - v0, v2 - v0, axis=0)
         self._corners = np.ascontiguousarray(np.concatenate([v0, v1 - v0, v2 - v0, across]), np.float32)
@@ -53,8 +53,7 @@ class TriangleLights:
         self._textures = tuple(textures)
         self.is_shaded = bool(self._textures)
         self._texture = None if texture is None else np.ascontiguousarray(texture, np.int32)
-        self._clearance = None if clearance is None else np.ascontiguousarray(clearance, np.float32)
-        self._outward = None if axis is None else np.ascontiguousarray(axis, np.float32)
+        self._far_sides = far_sides
 
     def bounds(self):
         """Where the lights are, for their choice."""
@@ -81,9 +80,8 @@ class TriangleLights:
             if ray is not None:
                 ray = ray._replace(length=distance)
             np.multiply(self._emitted(rows, b, wi, ray, arena), inverse, out=weight)
-            if self._clearance is not None:
-                outward, clearance = (rows_of(a, rows, arena) for a in (self._outward, self._clearance))
-                end_before_far_side(distance, wi, outward, clearance, arena)
+            if self._far_sides is not None:
+                self._far_sides.hide(rows, wi, distance, weight, arena)
         return LightSample(wi, distance, weight, pdf)
 
     def density(self, rows, p, wi, distance, arena):

@@ -25,14 +25,22 @@ def percent(share):
     return "–" if share is None else f"{share:.1%}"
 
 
-def table(head, rows):
-    """A Markdown table, its columns padded: the first to the left, numbers to the right."""
+def table(head, rows, padded=True):
+    """A Markdown table, the first column to the left, numbers to the right; `padded` where cells are short."""
     cells = [list(map(number, row)) for row in (head, *rows)]
+    if not padded:
+        rule = "|---|" + "---:|" * (len(head) - 1)
+        return "\n".join([_line(cells[0]), rule, *map(_line, cells[1:])])
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
 
     def joined(first, *others):
         numbers = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
-        return " | ".join(["| " + first.ljust(widths[0]), *numbers]) + " |"
+        return _line([first.ljust(widths[0]), *numbers])
 
     rule = "|".join(["|" + "-" * (widths[0] + 2), *("-" * (width + 1) + ":" for width in widths[1:])]) + "|"
     return "\n".join([joined(*cells[0]), rule, *(joined(*row) for row in cells[1:])])
+
+
+def _line(cells):
+    """One line of a table."""
+    return "| " + " | ".join(cells) + " |"

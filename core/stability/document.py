@@ -35,15 +35,20 @@ _STIFF = (
 
 def markdown(report):
     """The whole text."""
-    parts = [_head(report), "## What is covered", table(_ITEMS, items.rows(report))]
-    parts += ["## Widest ranges", table(_RANGES, _range_rows(report))]
+    parts = [_head(report), "## What is covered", _table(_ITEMS, items.rows(report))]
+    parts += ["## Widest ranges", _table(_RANGES, _range_rows(report))]
     if report.findings:
         words = (
             f"Means over {SEEDS} seeds against the truth: a right mean has |t| above {CRITICAL_T} once in a thousand "
             "runs. The clamp is set to ten times the picture's mean."
         )
-        parts += ["## Stiff scenes", words, table(_STIFF, _stiff_rows(report))]
-    return "\n\n".join([*parts, "## Cases", table(_CASES, _case_rows(report))]) + "\n"
+        parts += ["## Stiff scenes", words, _table(_STIFF, _stiff_rows(report))]
+    return "\n\n".join([*parts, "## Cases", _table(_CASES, _case_rows(report))]) + "\n"
+
+
+def _table(head, rows):
+    """Cells of many lengths would be padded to lines of hundreds of characters."""
+    return table(head, rows, padded=False)
 
 
 def page(report):
@@ -64,6 +69,7 @@ def data(report):
         "quick": report.quick,
         "interrupted": report.interrupted,
         "seconds": report.seconds,
+        "processor": report.processor,
         "failures": report.failures,
         "ranges": {name: found and list(found) for name, found in report.ranges.items()},
         "cases": [
@@ -89,7 +95,8 @@ def _state(report):
     failures = "; ".join(report.failures) or "none"
     whole = "Interrupted: what follows is not whole. " if report.interrupted else ""
     command = "zraka stability" + (" --quick" if report.quick else "")
-    return f"{whole}Written by `{command}`: {count} renders in {report.seconds:.0f} s. Failing: {failures}."
+    took = f"{report.seconds:.0f} s, {report.processor:.0f} s of the processor"
+    return f"{whole}Written by `{command}`: {count} renders in {took}. Failing: {failures}."
 
 
 def _range_rows(report):

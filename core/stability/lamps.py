@@ -186,14 +186,13 @@ AXES = (
             lambda: by_ball(r),
             ALBEDO * 16 / math.pi * math.sin(math.pi / 16),
             samples=1024,
-            tolerance=1e-2,
             settings=DIRECT,
-            told="without area" if r < 1e-5 else "",  # 1 away from the origin, float32 has no such triangles
+            told="without area" if r < 1e-6 else "",  # 1 away from the origin, float32 has no such triangles
         ),
-        (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05),
+        (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.05),
         0.05,
-        (1e-5, 0.05),
-        (1e-5, 0.05),
+        (1e-6, 0.05),
+        (1e-6, 1e-5, 0.05),
     ),
     Axis(
         "distance to the light",

@@ -14,13 +14,14 @@ AXES = tuple(axis for family in FAMILIES for axis in family.AXES)
 
 
 class Report(NamedTuple):
-    """All that was measured; `interrupted` tells that it is not whole."""
+    """All that was measured; `interrupted` tells that it is not whole, `processor` the seconds of all threads."""
 
     quick: bool
     results: list  # of axis.Result
     findings: list  # of stiff.Finding
     seconds: float
     interrupted: bool
+    processor: float = 0.0
 
     @property
     def ranges(self):
@@ -60,10 +61,11 @@ def run(quick=False, cancelled=lambda: False, say=lambda text: None, axes=AXES, 
     -------
     Report
     """
-    started, results, findings = time.perf_counter(), [], []
+    started, computed, results, findings = time.perf_counter(), time.process_time(), [], []
 
     def report(interrupted):
-        return Report(quick, results, findings, time.perf_counter() - started, interrupted)
+        seconds, processor = time.perf_counter() - started, time.process_time() - computed
+        return Report(quick, results, findings, seconds, interrupted, processor)
 
     for axis in axes:
         say(axis.name)

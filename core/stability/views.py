@@ -38,9 +38,7 @@ def white():
 def _of_size(size):
     width, height = map(int, size.split("x"))
     samples = max(32, 4096 // (width * height))
-    # The halves of one pixel tell its error but roughly.
-    tolerance = 0.05 if size == "1x1" else 5e-3
-    return Case(lambda: stretched(width, height), 0.25, tolerance=tolerance, samples=samples, size=(width, height))
+    return Case(lambda: stretched(width, height), 0.25, samples=samples, size=(width, height))
 
 
 def _sums(count):

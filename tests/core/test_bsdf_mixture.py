@@ -124,6 +124,17 @@ def test_colours_weigh():
     assert furnace([BASE], 40.0)[0] == pytest.approx([0.8, 0.4, 0.1], rel=1e-5)
 
 
+def test_negative_colours_are_chosen_by_their_size():
+    """Their probabilities were negative, and those of the others beyond 1: found by fuzz, core seed 1686."""
+    entries = [BASE, (translucent, rgb(-0.3, -0.3, -0.4), {}, None)]
+    mix, seen = Mixture([entry[0] for entry in entries]), surface(40.0, 8)
+    shares = mix.shares(entries, seen, Arena())
+    assert (shares > 0).all()
+    assert shares.sum(axis=0) == pytest.approx(1.0)
+    mean, error = furnace(entries, 40.0)
+    assert (np.abs(mean - [0.5, 0.1, -0.3]) < 4 * error + 1e-6).all()
+
+
 def test_black_lanes_scatter_nothing():
     arena = Arena()
     entries = [(diffuse, rgb(0, 0, 0), {}, None), (glossy.Mirror, rgb(0, 0, 0), {}, None)]

@@ -176,6 +176,8 @@ _OUTPUTS = {
     "particle_info": "index random age lifetime location size velocity angular_velocity",
     "hair_info": "is_strand intercept length thickness random tangent_normal",
     "point_info": "position radius random",
+    "principled_cover": "value",
+    "principled_cover_4": "value",
 }
 _OUTPUTS["voronoi_4"] = _OUTPUTS["voronoi"]
 

@@ -26,6 +26,12 @@ def test_random_scenes_keep_the_promises(kind, seed):
     KINDS[kind](seed)
 
 
+@pytest.mark.parametrize("seed", [1258, 1686, 1717])
+def test_seeds_that_failed_once_keep_the_promises(seed):
+    """An output that does not exist, negative colours, and the mean of huge texels."""
+    KINDS["core"](seed)
+
+
 def test_the_seeds_have_hair_motion_and_things_that_only_some_see():
     cases = [random_case(seed) for seed in SEEDS["core"]]
     scenes = [s for case in cases for s in (case.scene if isinstance(case.scene, tuple) else (case.scene,))]
