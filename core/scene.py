@@ -70,6 +70,9 @@ class Image:
         CHANNEL_PACKED: alpha has nothing to do with them; NONE: alpha is taken to be 1.
     color_configuration : str
         Path of the OpenColorIO configuration that defines `colorspace`; not needed for the three spaces above.
+    linear_first : bool
+        Whether sRGB texels are made linear before they are looked up and not after, as in Cycles where the colours of
+        a file are not in Linear Rec.709; this takes `color_configuration`.
     tiles : mapping of int to Image
         UDIM tiles by number, from 1001 on; `pixels` and `filepath` are then not read.
     """
@@ -80,6 +83,7 @@ class Image:
     colorspace: str = "sRGB"
     alpha_mode: str = "AUTO"
     color_configuration: str = ""
+    linear_first: bool = False
     tiles: Mapping[int, Image] = field(default_factory=dict)
 
 

@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 from ...core import scene as description
 from ...core.nodes import OPERATIONS
+from ...core.nodes.convert import luminance_in
 from . import sockets, versions
 from .node_table import NODES, NodeType
-from .sockets import constant, convert, kind
+from .sockets import LUMINANCE, constant, convert, kind
 from .texture_mapping import texture_mapping
 
 
@@ -79,6 +80,7 @@ class GraphReader:
         self._constant = []
         self._open = set()
         self._working_space = versions.to_working_space()
+        self._luminance = LUMINANCE if self._working_space is None else luminance_in(self._working_space)
 
     def link(self, socket):
         """What reaches input `socket` of the root tree as a `Link`, None where nothing does."""
@@ -250,7 +252,7 @@ class GraphReader:
 
     def _properties(self, node, node_type):
         properties = dict(node_type.fixed)
-        if node_type.op in ("blackbody", "wavelength") and self._working_space is not None:
+        if node_type.op in ("blackbody", "wavelength", "rgb_to_bw") and self._working_space is not None:
             properties["working_space"] = self._working_space
         if node_type.read is not None:
             properties |= node_type.read(node)
@@ -280,9 +282,12 @@ class GraphReader:
                 name = "color" if have in ("color", "vector") else "strength"
                 value = description.Link(self._append(description.Node("emission", {name: value})), "bsdf")
             elif not isinstance(value, description.Link):
-                value = convert(value, have, to)
+                value = convert(value, have, to, self._luminance)
             elif {to, have} != {"color", "vector"}:
-                node = description.Node("convert", {"value": value}, {"from": have, "to": to})
+                properties = {"from": have, "to": to}
+                if self._working_space is not None and have == "color":
+                    properties["working_space"] = self._working_space
+                node = description.Node("convert", {"value": value}, properties)
                 value = description.Link(self._append(node), "value")
         return value
 

@@ -140,13 +140,14 @@ def _of_file(image, path):
         colorspace=image.colorspace_settings.name,
         alpha_mode=versions.alpha_mode(image, "AUTO"),
         color_configuration=color_configuration(),
+        linear_first=versions.has_other_working_space(),
     )
 
 
 def _of_packed(image):
     """A packed image, unpacked once while its bytes stay the same."""
     digest = hashlib.blake2b(image.packed_file.data, digest_size=16).digest()
-    key = digest, image.name, image.colorspace_settings.name, image.alpha_mode
+    key = digest, image.name, image.colorspace_settings.name, image.alpha_mode, versions.has_other_working_space()
     exported = _packed.pop(key, None) or _of_pixels(image)
     if exported.pixels is not None:
         _packed[key] = exported
@@ -169,6 +170,7 @@ def _of_pixels(image):
         colorspace="Linear Rec.709" if linear else space.name,
         alpha_mode=versions.alpha_mode(image, "PREMUL" if image.is_float else "STRAIGHT"),
         color_configuration=color_configuration(),
+        linear_first=versions.has_other_working_space(),
     )
 
 

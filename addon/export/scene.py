@@ -64,9 +64,7 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None, c
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     if working_space() != "Linear Rec.709":
-        diagnostics.warn(
-            f"the brightness of colours is weighed as in Linear Rec.709, not as in the working space {working_space()}"
-        )
+        diagnostics.warn(f"thin films are coloured as in Linear Rec.709, not as in the working space {working_space()}")
     cache = cache or ExportCache()
     ready = isinstance(camera, description.Camera)
     seen_by = camera if ready else export_camera(depsgraph, diagnostics, camera, size)

@@ -13,7 +13,7 @@ _KINDS = {
     "VECTOR": "vector",
     "SHADER": "shader",
 }
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
+LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def kind(socket):
@@ -40,14 +40,14 @@ def constant(socket):
     return float(value)
 
 
-def convert(value, source, target):
-    """A constant of kind `source` as one of kind `target`: luminance of a colour, mean of a vector."""
+def convert(value, source, target, luminance=LUMINANCE):
+    """A constant of kind `source` as one of kind `target`: `luminance` of a colour, mean of a vector."""
     if source in ("color", "vector"):
         if target in ("color", "vector"):
             return value
         if source == "vector" and target == "bool":
             return float(any(value))
-        weights = _LUMINANCE if source == "color" else (1 / 3, 1 / 3, 1 / 3)
+        weights = luminance if source == "color" else (1 / 3, 1 / 3, 1 / 3)
         value = sum(v * w for v, w in zip(value, weights, strict=True))
     elif target in ("color", "vector"):
         return (value, value, value)

@@ -113,9 +113,14 @@ def working_space():
     return getattr(spaces, "working_space", "Linear Rec.709")
 
 
+def has_other_working_space():
+    """Whether the file's colours are in another space than Linear Rec.709."""
+    return working_space() != "Linear Rec.709"
+
+
 def to_working_space():
     """Matrix from Linear Rec.709 to the working space, 9 floats by rows; None where they are the same."""
-    if working_space() == "Linear Rec.709":
+    if not has_other_working_space():
         return None
     columns = [Color(unit).from_rec709_linear_to_scene_linear() for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     return tuple(column[row] for row in range(3) for column in columns)

@@ -159,14 +159,16 @@ def _frames(group, name):
     mesh = group.mesh
     position = np.asarray(mesh.vertices, np.float64)[group.triangles]
     key = name or mesh.active_uv or next(iter(mesh.uvs), "")
+    met = None
     if key in mesh.uvs:
         uv = np.asarray(mesh.uvs[key], np.float64)[corner_index(group)]
     elif not name and not mesh.uvs:
-        uv = _sphere(position)
+        met = _sphere(position)
+        uv = _across_the_seam(met)
     else:
         return None
     normal = _normals(group, position)
-    tangent, sign = corner_frames(position, normal, uv)
+    tangent, sign = corner_frames(position, normal, uv, met)
     return np.concatenate([tangent, sign[..., None], normal], axis=-1)
 
 
@@ -190,3 +192,9 @@ def _sphere(p):
     u = np.where((p[..., 0] == 0) & (p[..., 1] == 0), 0.0, 0.5 - np.arctan2(p[..., 0], p[..., 1]) / (2 * np.pi))
     cosine = np.divide(p[..., 2], length, out=np.zeros_like(length), where=length > 0)
     return np.stack([u, 1 - np.arccos(np.clip(cosine, -1, 1)) / np.pi], axis=-1)
+
+
+def _across_the_seam(uv):
+    """UV coordinates (T, 3, 2) of a sphere that go on beyond 1 in triangles over its seam, which else were mirrored."""
+    u = uv[..., 0]
+    return np.stack([u + (u.max(-1, keepdims=True) - u > 0.5), uv[..., 1]], axis=-1)

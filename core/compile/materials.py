@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from ..arena import Arena
+from ..bsdf import toon
 from ..bsdf.base import Lobe
 from ..bsdf.bumped import SMOOTH, bumped
 from ..bsdf.mixture import Mixture
@@ -85,7 +86,7 @@ class Program:
 
     def _lobes_over(self, context, constants):
         values = self.scatter.run(context, constants, self._wanted)
-        found = []
+        found, lifted = [], None
         for number, (closure, lobes, properties) in enumerate(self.closures):
             inputs = {name: v for (owner, name), v in values.items() if owner == number}
             weight = inputs.pop("weight")
@@ -93,10 +94,14 @@ class Program:
             build = partial(closure.build, lobes=lobes, properties=properties)
             if self._tables[number] is not None:
                 build = partial(self._tables[number].build, rows=constants.rows)
-            if turned is None and given is None:
+            if turned is not None or given is not None:
+                entries = _on_normals(build, context, inputs, lobes, turned, given)
+            elif _is_flat(context.surface) or not any(map(_is_lifted, lobes.values())):
                 entries = build(context, inputs)
             else:
-                entries = _on_normals(build, context, inputs, lobes, turned, given)
+                s = context.surface
+                lifted = lifted_normal(s.ns, s.ng, s.wo, context.arena) if lifted is None else lifted
+                entries = _on_lifted(build, context, inputs, lifted)
             found += [(lobe, _scaled(color, weight, context.arena), params, n) for lobe, color, params, n in entries]
         return found
 
@@ -263,6 +268,25 @@ def _is_diffuse(lobe):
     return lobe.flags == Lobe.REFLECTION | Lobe.DIFFUSE
 
 
+def _is_flat(surface):
+    return surface is None or surface.ns is surface.ng
+
+
+def _is_lifted(lobe):
+    """Whether a lobe stands on a normal that mirrors the viewer's ray to above the surface, as in Cycles."""
+    return not _is_diffuse(lobe) and lobe is not toon.Glossy
+
+
+def _on_lifted(build, context, inputs, lifted):
+    """What `build` makes of a smooth surface: diffuse reflection on its normal as it is, the rest on the `lifted` one.
+
+    Without it half of the light would be lost near the outlines of coarse smooth meshes.
+    """
+    entries = build(replace(context, surface=context.surface._replace(ns=lifted)), inputs)
+    for lobe, color, params, own in entries:
+        yield lobe, color, params, lifted if own is None and _is_lifted(lobe) else own
+
+
 def _on_normals(build, context, inputs, lobes, turned, given):
     """What `build` makes on the normal `turned` by a node, or, where that is None, on the surface's displaced one.
 
@@ -271,12 +295,12 @@ def _on_normals(build, context, inputs, lobes, turned, given):
     """
     s, arena = context.surface, context.arena
     raw = unit_normal(given if turned is None else turned, s.ns, arena)
-    n = raw if all(_is_diffuse(lobe) for lobe in lobes.values()) else lifted_normal(raw, s.ng, s.wo, arena)
+    n = lifted_normal(raw, s.ng, s.wo, arena) if any(map(_is_lifted, lobes.values())) else raw
     entries = build(replace(context, surface=s._replace(ns=n)), inputs)
     for lobe, color, params, own in entries:
-        if not _is_diffuse(lobe):
+        if _is_lifted(lobe):
             yield lobe, color, params, n if own is None else own
-        elif turned is None:
+        elif turned is None or not _is_diffuse(lobe):
             yield lobe, color, params, raw if own is None else own
         else:
             yield bumped(lobe), color, params | {SMOOTH: s.ns}, raw if own is None else own

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 
-def corner_frames(position, normal, uv):
+def corner_frames(position, normal, uv, met=None):
     """Tangents and their signs at the corners of T triangles.
 
     Parameters
@@ -19,6 +19,8 @@ def corner_frames(position, normal, uv):
     position, normal : (T, 3, 3) float64
         Of each corner; normals of unit length.
     uv : (T, 3, 2) float64
+    met : (T, 3, 2) float64, optional
+        In the place of `uv` where corners are told apart.
 
     Returns
     -------
@@ -28,7 +30,7 @@ def corner_frames(position, normal, uv):
         -1 where the map is mirrored: the bitangent is sign · normal × tangent.
     """
     tangent, area = _triangle_tangents(position, uv)
-    number = _welded(position, normal, uv)
+    number = _welded(position, normal, uv if met is None else met)
     # Mirrored and plain triangles that meet in a corner are averaged apart.
     group = 2 * number + (area < 0)[:, None]
     across = _unit(tangent[:, None] - normal * (normal * tangent[:, None]).sum(-1, keepdims=True))

@@ -11,7 +11,7 @@ import numpy as np
 from ..vecmath import lanes
 from .arithmetic import lerp
 from .base import Operation
-from .convert import to_dimension
+from .convert import luminance_in, to_dimension
 
 
 def _invert(context, inputs, properties):
@@ -43,8 +43,9 @@ def _bright_contrast(context, inputs, properties):
 
 
 def _rgb_to_bw(context, inputs, properties):
+    luminance = luminance_in(properties.get("working_space"))
     with np.errstate(all="ignore"):
-        return {"val": to_dimension(inputs["color"], 1, context.arena)}
+        return {"val": to_dimension(inputs["color"], 1, context.arena, luminance=luminance)}
 
 
 OPERATIONS = {

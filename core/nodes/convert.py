@@ -11,16 +11,23 @@ from .base import Operation
 _LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
 
 
-def to_dimension(value, dimension, arena, color=True):
+def luminance_in(working_space):
+    """Weights of luminance of colours in a space, given the matrix (9 numbers) to it from Linear Rec.709, or None."""
+    if working_space is None:
+        return _LUMINANCE
+    return tuple(np.linalg.solve(np.reshape(working_space, (3, 3)).T.astype(np.float64), _LUMINANCE).tolist())
+
+
+def to_dimension(value, dimension, arena, color=True, luminance=_LUMINANCE):
     """`value` as a number (1 row) or a vector (3 rows).
 
-    A vector becomes a number by luminance when it is a colour, else by its mean; a number fills a vector.
+    A vector becomes a number by `luminance` when it is a colour, else by its mean; a number fills a vector.
     """
     if dimension == 3:
         return value if value.ndim == 2 else np.broadcast_to(value, (3, value.shape[-1]))
     if value.ndim == 1:
         return value
-    weights = _LUMINANCE if color else (1 / 3, 1 / 3, 1 / 3)
+    weights = luminance if color else (1 / 3, 1 / 3, 1 / 3)
     out = arena.empty(value.shape[-1])
     with arena.frame():
         t = arena.empty(value.shape[-1])
@@ -40,8 +47,9 @@ def _convert(context, inputs, properties):
     to = properties.get("to", "float")
     if to == "bool" and not color and inputs["value"].ndim == 2:
         return {"value": inputs["value"].any(axis=0).astype(np.float32)}
+    luminance, dimension = luminance_in(properties.get("working_space")), 3 if to in ("color", "vector") else 1
     with np.errstate(all="ignore"):
-        value = to_dimension(inputs["value"], 3 if to in ("color", "vector") else 1, context.arena, color)
+        value = to_dimension(inputs["value"], dimension, context.arena, color, luminance)
         if to == "int":
             value = np.trunc(value, out=context.arena.empty(value.shape))
         elif to == "bool":

@@ -71,7 +71,7 @@ def _from_file(image):
         status = os.stat(image.filepath)
     except OSError:
         return _read(image)
-    settings = image.colorspace, image.alpha_mode, image.color_configuration
+    settings = image.colorspace, image.alpha_mode, image.color_configuration, image.linear_first
     key = image.filepath, status.st_mtime_ns, status.st_size, *settings
     loaded = _by_file.pop(key, None) or _read(image)
     _by_file[key] = loaded
@@ -98,21 +98,29 @@ def _read(image):
     colored = pixels.ndim < 3 or pixels.shape[2] != 2  # Cycles does not multiply greys by their alpha
     with np.errstate(all="ignore"):  # what is not finite is set to zero
         pixels, owned = _channels(pixels, owned)
+        multiplies = straight and colored and _multiplies(image) and pixels.shape[2] == 4
         if pixels.dtype.kind == "u" and not _as_stored(image):
-            pixels, owned = as_halves(pixels, nearest=image.pixels is None), True
+            at_once = multiplies and image.pixels is not None  # before they are rounded, as in Cycles
+            pixels, owned = as_halves(pixels, image.pixels is None, at_once), True
+            multiplies = multiplies and not at_once
         if image.alpha_mode == "NONE" and pixels.shape[2] == 4:
             pixels, owned = pixels if owned else pixels.copy(), True
             pixels[..., 3] = _one(pixels.dtype)
-        if straight and colored and _multiplies(image) and pixels.shape[2] == 4:
+        if multiplies:
             pixels, owned = _multiplied(pixels, owned), True
         pixels = _finite(pixels, owned, image, messages)
         pixels = _linear(pixels, image, colored and _multiplies(image), messages)
-    return _Loaded(Texels.of(pixels, is_srgb(image.colorspace), colored and _multiplies(image)), tuple(messages))
+    return _Loaded(Texels.of(pixels, _is_encoded(image), colored and _multiplies(image)), tuple(messages))
 
 
 def _as_stored(image):
     """Whether texels are kept as they are stored: they are linear, or made so after the lookup."""
-    return is_srgb(image.colorspace) or is_linear(image.colorspace)
+    return _is_encoded(image) or is_linear(image.colorspace)
+
+
+def _is_encoded(image):
+    """Whether texels stand by the sRGB transfer function when they are looked up."""
+    return is_srgb(image.colorspace) and not image.linear_first
 
 
 def _multiplies(image):
@@ -172,7 +180,7 @@ def _linear(pixels, image, multiplied, messages):
     """`pixels` made linear, unless that is done after the lookup."""
     if _as_stored(image):
         return pixels
-    linear = to_scene_linear(pixels, image.colorspace, image.color_configuration, multiplied)
+    linear = to_scene_linear(pixels, image.colorspace or "sRGB", image.color_configuration, multiplied)
     if linear is None:
         space = f"colour space '{image.colorspace}' of image '{image.name}'"
         messages.append(f"{space} is not known here; it is read as linear")

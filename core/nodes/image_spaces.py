@@ -32,15 +32,18 @@ def is_linear(name):
     return name in _DATA or name in _LINEAR
 
 
-def as_halves(pixels, nearest):
+def as_halves(pixels, nearest, multiplied=False):
     """Whole numbers as float16: Cycles converts between spaces in halves, whose rounding shows in steep ones.
 
-    `nearest` is how a file's are rounded; those that Blender holds are rounded down.
+    `nearest` is how a file's are rounded; those that Blender holds are rounded down. With `multiplied` colours are
+    first multiplied by alpha.
     """
     out = np.zeros(pixels.shape, np.float16)
     for row in range(0, len(pixels), _rows(pixels)):
         block = slice(row, row + _rows(pixels))
         values = pixels[block].astype(np.float32) / np.float32(np.iinfo(pixels.dtype).max)
+        if multiplied:
+            values[..., :3] *= values[..., 3:]
         out[block] = values if nearest else truncated(values)
     return out
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import pytest
 
-from zraka.addon.bench.engines import match
+from zraka.addon.bench.engines import match, operate
 
 from ..reference import agreement, pictures, power
 from .nodes.harness import add, add_plane, fresh_scene, output
@@ -34,6 +34,25 @@ def test_turned_normals_of_closures(name):
 def test_a_normal_without_effect_would_be_seen():
     ours, theirs = (pictures(lit(*CLOSURES["diffuse"], bumpy), "ZRAKA", 64) for bumpy in (False, True))
     assert agreement(ours, theirs) < 0.8
+
+
+@pytest.mark.parametrize("name", ["mirror", "clear glass"])
+def test_smooth_normals_mirror_to_above_the_surface(name):
+    """A coarse smooth ball under a gradient; with its normals as they are both are too dark and fail."""
+    kind, tolerance = {"mirror": ("BsdfAnisotropic", 2e-4), "clear glass": ("BsdfGlass", 1.5e-3)}[name]
+    scene = lit(kind, {"Roughness": 0.0}, bumpy=False)
+    for lamp in [o for o in scene.objects if o.type == "LIGHT"]:
+        bpy.data.objects.remove(lamp)
+    tree = scene.world.node_tree
+    shifted = add(tree, "Mapping", {"Location": (0.5, 0.5, 0.5), "Scale": (0.5, 0.5, 0.5)})
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], shifted.inputs[0])
+    tree.links.new(shifted.outputs[0], tree.nodes["Background"].inputs["Color"])
+    scene.render.resolution_x = scene.render.resolution_y = 32
+    scene.zraka.depth, scene.zraka.samples = 2, 16
+    match(scene)
+    ours, theirs = (operate(scene, engine)[0].mean(axis=(0, 1)) for engine in ("ZRAKA", "CYCLES"))
+    assert theirs.mean() > 0.1
+    assert ours == pytest.approx(theirs, abs=tolerance)
 
 
 def shaded(kind, inputs, bumpy):

@@ -19,7 +19,7 @@ def cases_by_family():
     found = {}
     for path in sorted(HERE.glob("test_*.py")):
         module = importlib.import_module(f".{path.stem}", __package__)
-        if hasattr(module, "CASES"):
+        if isinstance(getattr(module, "CASES", None), list):  # those of nodes that cast rays have noise
             found[path.stem.removeprefix("test_").replace("_", " ").capitalize()] = module.CASES
     return found
 
@@ -51,6 +51,11 @@ def main():
         "pixel in the node's worst mode; beside it the share of pixels beyond the tolerance.",
         "",
         "`python -m tests.addon.nodes` writes this page; `pytest tests/addon/nodes` tests the same cases.",
+        "",
+        "A ray exactly through the side that two triangles share may meet either of them, so parametric coordinates",
+        "are compared beside such sides. Without a UV map Blender maps a sphere, whose tangents cancel at the poles.",
+        "What Cycles takes there is rounding noise, seen in the triangles around: as a ball's mesh was turned about",
+        "its axis by 0°, 15°, 30° and 45°, the tangent at its pole pointed to 148°, 87°, 135° and -83°.",
     ]
     for title, cases in cases_by_family().items():
         lines += ["", f"## {title}", ""]

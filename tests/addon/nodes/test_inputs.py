@@ -15,6 +15,12 @@ def on_plane(kind, socket, inputs=None, scale=0.25, **properties):
     return lambda tree, obj: signed(tree, output(add(tree, kind, inputs, **properties), socket), scale)
 
 
+def beside_the_diagonal(tree, obj):
+    """Parametric on the plane, moved: a ray through the side that two triangles share may meet either of them."""
+    obj.location.x, obj.scale = 0.004, (1.1, 1.1, 1.1)
+    return on_plane("NewGeometry", "Parametric")(tree, obj)
+
+
 def on_ball(kind, socket, inputs=None, scale=0.25, shape=None, **properties):
     """Builds a node on a ball."""
 
@@ -133,11 +139,12 @@ CASES = [
     Case("UV Map: second", second_uv_map),
     Case("UV Map: missing", on_plane("UVMap", "UV", uv_map="Nothing")),
     Case("UV Map: from instancer", on_instances("FACES", "UVMap", "UV", from_instancer=True)),
-    # Rays through the diagonal may meet either of the plane's triangles.
     *(
-        Case(f"Geometry: {s.lower()} on a plane", on_plane("NewGeometry", s), share=0.02 if s == "Parametric" else 0.0)
+        Case(f"Geometry: {s.lower()} on a plane", on_plane("NewGeometry", s))
         for s in (*GEOMETRY, "Pointiness", "Random Per Island")
+        if s != "Parametric"
     ),
+    Case("Geometry: parametric on a plane", beside_the_diagonal),
     *(Case(f"Geometry: {s.lower()} on a ball", on_ball("NewGeometry", s)) for s in GEOMETRY),
     *(
         Case(f"Geometry: {s.lower()} on a mirrored ball", on_ball("NewGeometry", s, shape={"scale": (-1, 0.8, 0.6)}))

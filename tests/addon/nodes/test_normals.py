@@ -29,6 +29,13 @@ def mapped(strength=1.0, shape=None, keep_uv=True, **properties):
     return build
 
 
+def seam(tree, obj):
+    """A Normal Map without a UV map at the side where the map that Blender makes begins and ends."""
+    shown = mapped(keep_uv=False, shape={"scale": (3, 3, 3)})(tree, obj)
+    obj.rotation_euler, obj.location = (-1.4, 0.2, 0.1), (0, 0, -3)
+    return shown
+
+
 def bumped(height=noise, inputs=None, shape=None, **properties):
     """Builds a Bump on a ball."""
 
@@ -92,8 +99,9 @@ CASES = [
     Case("Normal Map: tangent, inside", mapped(shape={"inside_out": True})),
     Case("Normal Map: world, inside", mapped(shape={"inside_out": True}, space="WORLD")),
     Case("Normal Map: tangent, missing UV map", mapped(uv_map="nothing")),
-    # Blender makes a map of its own then; it differs in the fan around one pole.
+    # Blender makes a map of its own then. At a pole its tangents cancel, and what Cycles takes is rounding noise.
     Case("Normal Map: tangent, no UV map", mapped(keep_uv=False), share=0.06),
+    Case("Normal Map: tangent, no UV map, its seam", seam),
     Case("Bump: noise", bumped()),
     Case("Bump: inverted, strength 0.4", bumped(inputs={"Strength": 0.4}, invert=True)),
     Case("Bump: flat", bumped(shape={"smooth": False})),
