@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What objects, meshes, hair and lamps carry beside their shape; part of `core.scene`."""
+"""What objects, meshes and hair carry beside their shape; part of `core.scene`."""
 
 from __future__ import annotations
 
@@ -51,16 +51,3 @@ class ObjectInfo:
     generated: tuple[float, float, float] = (0.0, 0.0, 0.0)
     uv: tuple[float, float] = (0.0, 0.0)
     attributes: Mapping[tuple[str, str], tuple] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class LampNodes:
-    """What a lamp's light is multiplied with: a graph over the places where rays meet the lamp.
-
-    `shader` is a `Material` of which only the emission counts. `transform` is a (4, 4) float64 matrix, the lamp's space
-    to the world; what nodes ask of objects is `info`.
-    """
-
-    shader: object
-    transform: np.ndarray = field(default_factory=lambda: np.eye(4))
-    info: ObjectInfo = field(default_factory=ObjectInfo)

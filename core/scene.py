@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .camera_description import Camera, Panorama, ThinLens  # noqa: F401 - words of a scene
-from .geometry_description import Attribute, LampNodes, ObjectInfo, TextureSpace
-from .visibility import LAMP, SEEN_BY_ALL, Visibility
+from .geometry_description import Attribute, ObjectInfo, TextureSpace
+from .light_description import AreaLight, LampNodes, Light, PointLight, SpotLight, SunLight  # noqa: F401 - words of a scene
+from .visibility import SEEN_BY_ALL, Visibility
 
 IDENTITY = np.eye(4)
 
@@ -279,77 +280,7 @@ class Plane:
     visibility: Visibility = SEEN_BY_ALL
 
 
-# -- lights, in Blender's units (see docs/design.md) -------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class PointLight:
-    """`power` (3,) W. `radius` 0 is a point; else a sphere, or with `soft_falloff` a disk that faces the receiver."""
-
-    position: tuple[float, float, float]
-    power: tuple[float, float, float]
-    radius: float = 0.0
-    soft_falloff: bool = True
-    normalize: bool = True
-    casts_shadow: bool = True
-    name: str = "point"
-    visibility: Visibility = LAMP
-    nodes: LampNodes | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class SpotLight:
-    """A point light seen through a cone around `direction`; `angle` is the full cone angle (rad), `blend` in [0, 1]."""
-
-    position: tuple[float, float, float]
-    direction: tuple[float, float, float]
-    power: tuple[float, float, float]
-    angle: float = 0.785398
-    blend: float = 0.15
-    radius: float = 0.0
-    soft_falloff: bool = True
-    normalize: bool = True
-    casts_shadow: bool = True
-    name: str = "spot"
-    visibility: Visibility = LAMP
-    nodes: LampNodes | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class SunLight:
-    """Light that travels along `direction`; `irradiance` (3,) W/m2 on a facing plane; `angle` of the disk (rad)."""
-
-    direction: tuple[float, float, float]
-    irradiance: tuple[float, float, float]
-    angle: float = 0.0
-    normalize: bool = True
-    casts_shadow: bool = True
-    name: str = "sun"
-    visibility: Visibility = LAMP
-    nodes: LampNodes | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class AreaLight:
-    """A one-sided rectangle or ellipse in the XY plane of `transform`, shining towards its -Z.
-
-    `size` are the full side lengths (diameters) along X and Y before `transform`, whose scale multiplies them.
-    `spread` pi is a plain Lambert emitter.
-    """
-
-    transform: np.ndarray
-    power: tuple[float, float, float]
-    size: tuple[float, float] = (1.0, 1.0)
-    shape: str = "RECTANGLE"
-    spread: float = np.pi
-    normalize: bool = True
-    casts_shadow: bool = True
-    name: str = "area"
-    visibility: Visibility = LAMP
-    nodes: LampNodes | None = None
-
-
-Light = PointLight | SpotLight | SunLight | AreaLight
+# -- light from infinity -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
