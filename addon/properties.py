@@ -321,7 +321,8 @@ def settings_of(scene, **overrides):
     fixed = scene.render.threads_mode == "FIXED"
     chosen["threads"] = scene.render.threads if fixed else preferred_threads()
     chosen["transparent_film"] = scene.render.film_transparent
-    chosen |= {name: getattr(group, f"film_{name}") for name in ("transparent_glass", "transparent_roughness")}
+    chosen["transparent_glass"] = group.film_transparent_glass
+    chosen["transparent_roughness"] = round(group.film_transparent_roughness, 6)  # float32 in Blender
     chosen |= {name: getattr(group, name) for name in OVERRIDES if getattr(group, f"use_{name}")}
     chosen |= {name: value for name, value in overrides.items() if value is not None}
     return Settings(**chosen)

@@ -68,4 +68,6 @@ def _width(lobe, params):
     """Alpha of a lobe's facets, (1,) or (n,): 0 of clear glass, 1 of what has none."""
     if Lobe.DELTA in lobe.flags:
         return np.zeros(1, np.float32)
-    return facets.mean_alpha(params) if "alpha" in params else np.ones(1, np.float32)
+    if "alpha" in params and ("stretch" in params or "tangent" not in params):
+        return facets.mean_alpha(params)
+    return np.ones(1, np.float32)  # hair, whose alpha is another

@@ -83,12 +83,13 @@ def random_visibility(numbers, rays=ALL_RAYS):
             rays ^= kind
     return Visibility(
         rays,
-        numbers.chance(0.1),
-        _names(numbers),
-        _names(numbers),
-        numbers.choice(NAMES) if numbers.chance(0.2) else "",
-        numbers.choice(NAMES) if numbers.chance(0.2) else "",
-        numbers.choice((UNLIMITED, UNLIMITED, 0, 1, 4)),
+        holdout=numbers.chance(0.1),
+        receivers=_names(numbers),
+        blockers=_names(numbers),
+        receives_as=numbers.choice(NAMES) if numbers.chance(0.2) else "",
+        blocks_as=numbers.choice(NAMES) if numbers.chance(0.2) else "",
+        max_bounces=numbers.choice((UNLIMITED, UNLIMITED, 0, 1, 4)),
+        catcher=numbers.chance(0.1),
     )
 
 

@@ -251,6 +251,7 @@ def random_settings(numbers):
         pixel_filter=numbers.choice(("box", "gaussian", "blackman_harris")),
         filter_width=numbers.choice((0.01, 1.5, 10.0)),
         transparent_film=numbers.chance(0.2),
+        transparent_glass=numbers.chance(0.3),
         guides=guides,
         **overrides,
     )
