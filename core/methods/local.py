@@ -106,7 +106,7 @@ class LocalModel(Wavefront):
         if order.size < hits.prim.size or len(groups) > 1:
             hits, rays = gather(hits, order, arena), gather(rays, order, arena)
             if rays.lane is None:
-                rays = rays._replace(lane=order.astype(np.int32))
+                rays = rays._replace(lane=order)
         surface = self.scene.interact(hits, rays.o, rays.d, arena)
         goes_on = level < self.levels - 1
         phong = self._parameters(surface, groups, rays.told(level, hits.t), goes_on, arena)
@@ -258,7 +258,7 @@ class LocalModel(Wavefront):
         arena = worker.scratch
         out = worker.states[(level + 1) & 1]
         out.reset()
-        lane = np.arange(surface.prim.size, dtype=np.int32) if rays.lane is None else rays.lane
+        lane = np.arange(surface.prim.size) if rays.lane is None else rays.lane
         bent, total = _refracted(surface, phong.eta, arena)
         # Where light cannot leave, the mirror ray carries the refracted one's share too.
         mirrored, passed = arena.empty(bent.shape), arena.empty(bent.shape)
