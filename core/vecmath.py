@@ -24,6 +24,11 @@ def dot(a, b, arena, out=None):
     return np.einsum("i...,i...->...", a, b, out=out)
 
 
+def turned(matrix, v):
+    """`matrix` (3, 3) times vectors or colours (3, N), a new array; last digits of matmul depend on N."""
+    return np.einsum("ij,j...->i...", matrix, v)
+
+
 def cross(a, b, arena):
     """Cross product, (3, N)."""
     n = lanes(a, b)

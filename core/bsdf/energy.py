@@ -84,19 +84,16 @@ def _pair(name, coordinates, mu, arena):
 def _lookup(table, coordinates, arena):
     """Multilinear interpolation of `table` at coordinates in [0, 1], (1,) or (N,) each.
 
-    Axes with a constant coordinate are interpolated first, for the whole table: most materials leave a row over cosθ.
+    Axis after axis, the first ones for the whole table where their coordinates are constant: most materials leave a row
+    over cosθ. The order is always the same, for of a single lane nobody can tell which coordinates are constant.
     """
-    kept = []
-    for axis in reversed(range(table.ndim)):
-        x = coordinates[axis]
-        if x.size > 1:
-            kept.insert(0, x)
-            continue
-        low, t = lookup.cell(x, table.shape[axis])
-        a, b = np.take(table, low, axis=axis), np.take(table, low + 1, axis=axis)
-        table = np.squeeze(a + (b - a) * t, axis=axis) if table.ndim > 1 else a + (b - a) * t
+    kept = list(coordinates)
+    while kept and kept[0].size == 1:
+        (low,), t = lookup.cell(kept.pop(0), table.shape[0])
+        table = table[low] + (table[low + 1] - table[low]) * t
     if not kept:
         return table.reshape(-1)
     if len(kept) == 1:
         return lookup.linear(table, kept[0], arena)
+    kept = [np.broadcast_to(x, kept[0].shape) for x in kept]
     return lookup.multilinear(np.ascontiguousarray(table), kept, arena)

@@ -9,7 +9,7 @@ import numpy as np
 def bilinear(table, y, x, arena):
     """Bilinear interpolation of K tables (K, rows, columns) at `y` (1,) or (N,), `x` (N,), as a list of K arrays (N,).
 
-    A constant `y` leaves a row of each table.
+    A constant `y` leaves a row of each table; as one lane looks like it, both ways must round alike.
     """
     low, share = cell(y, table.shape[1])
     if low.size == 1:
@@ -40,9 +40,9 @@ def multilinear(table, coordinates, arena):
             corners = [c + step for c in corners for step in (0, stride)]
         flat = table.reshape(-1)
         values = [np.take(flat[c:], first, out=arena.empty(count), mode="clip") for c in corners]
-        for share in reversed(shares):  # the last axis' corners are neighbours in the list
-            pairs = zip(values[::2], values[1::2], strict=True)
-            values = [_between(low, high, share) for low, high in pairs]
+        for share in shares:  # the first axis' corners are the halves of the list
+            half = len(values) // 2
+            values = [_between(low, high, share) for low, high in zip(values[:half], values[half:], strict=True)]
         np.copyto(out, values[0])
     return out
 

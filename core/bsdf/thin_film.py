@@ -18,6 +18,7 @@ import os
 
 import numpy as np
 
+from ..vecmath import turned
 from . import fresnel, lookup
 
 THINNEST = 0.1
@@ -234,5 +235,4 @@ def _fitted_sensitivity(path, arena):
     for row, height, centre, variance in _GAUSSIANS:
         scale = height * (2.0 * np.pi * variance) ** 0.5 / _INTEGRAL
         xyz[row] += np.cos(centre * phase) * np.exp(-variance * square) * np.float32(scale)
-    real = np.matmul(_FROM_WHITE, xyz, out=arena.empty(xyz.shape))
-    return real, np.zeros((3, 1), np.float32)
+    return turned(_FROM_WHITE, xyz), np.zeros((3, 1), np.float32)

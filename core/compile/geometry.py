@@ -270,7 +270,7 @@ def _planes(planes, origin):
     for i, plane in enumerate(planes):
         normal, point = np.asarray(plane.normal, np.float64), np.asarray(plane.point, np.float64)
         length = float(np.sqrt(normal @ normal)) if normal.shape == point.shape == (3,) else 0.0
-        if not (0.0 < length < np.inf and np.all(np.abs(point - origin) < _FARTHEST)):
+        if not (0.0 < length < np.inf and np.isfinite(point).all() and np.all(np.abs(point - origin) < _FARTHEST)):
             raise SceneError(f"plane '{plane.name}' needs a finite point and a normal that is not zero")
         normals[i] = normal / length
         points[i] = normals[i] * (normals[i] @ (point - origin))

@@ -21,7 +21,7 @@ from .needs import takes_generated
 from .objects import compile_objects
 
 _CORNERS = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # UV at the corners of a triangle that stands for a lamp
-_COLUMNS = 15  # of a table of corners that holds any attribute
+_COLUMNS = 21  # of a table of corners that holds any attribute, or the seven of a tangent
 _TANGENTS = ("tangent", "normal_map")
 _FARTHEST = np.finfo(np.float32).max
 

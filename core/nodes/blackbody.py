@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..vecmath import turned
 from .base import Operation
 from .working_space import matrix_of
 
@@ -72,7 +73,7 @@ def color_of(temperature, out, matrix=None):
         np.copyto(channel, coldest, where=temperature < _COLDEST[0])
         np.copyto(channel, hottest, where=temperature >= _HOTTEST[0])
     if matrix is not None:
-        np.copyto(out, matrix @ out)
+        np.copyto(out, turned(matrix, out))
     return np.maximum(out, 0, out=out)
 
 

@@ -33,7 +33,10 @@ def lookup_generated(context):
     if context.direction is not None:
         return context.direction
     s, geometry = context.surface, context.geometry
-    out = corner_values_at(geometry.corner_values["generated"], s.prim, s.u, s.v, context.arena)
+    table = geometry.corner_values.get("generated")
+    if table is None:  # nobody asked: what was linked is a loop, which is cut
+        return context.arena.zeros((3, context.count))
+    out = corner_values_at(table, s.prim, s.u, s.v, context.arena)
     if geometry.count > geometry.triangle_count:
         without = (s.prim >= geometry.triangle_count) & ~geometry.on_strand(s.prim)
         np.copyto(out, spaces.world_position(context), where=without)

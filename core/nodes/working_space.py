@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..vecmath import turned
 from .base import Operation
 
 
@@ -17,7 +18,7 @@ def matrix_of(properties):
 def _to_working_space(context, inputs, properties):
     """`matrix_of` times the colour; without it the colour as it is."""
     color, matrix = inputs["color"], matrix_of(properties)
-    return {"color": color if matrix is None else np.matmul(matrix, np.ascontiguousarray(color))}
+    return {"color": color if matrix is None else turned(matrix, color)}
 
 
 OPERATIONS = {"to_working_space": Operation(_to_working_space, {"color": (0.0, 0.0, 0.0)})}

@@ -26,9 +26,9 @@ def test_random_scenes_keep_the_promises(kind, seed):
     KINDS[kind](seed)
 
 
-@pytest.mark.parametrize("seed", [1258, 1686, 1717])
+@pytest.mark.parametrize("seed", [581, 692, 1020, 1258, 1634, 1686, 1717])
 def test_seeds_that_failed_once_keep_the_promises(seed):
-    """An output that does not exist, negative colours, and the mean of huge texels."""
+    """A loop, a tangent of a lamp, a lane alone, an output that is none, planes nowhere, negative and huge colours."""
     KINDS["core"](seed)
 
 
