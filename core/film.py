@@ -21,7 +21,7 @@ from .report.error import weights
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
-_JUDGED = 1 << 14  # pixels that tell a picture's error; more would cost time and tell little
+_JUDGED = 1 << 17  # pixels that tell a picture's error; fewer may miss a small bright lamp, which rules the floor
 _BANDS = 8  # of rows, in which they lie
 _LEAST_ROWS = 4
 _REACH = 2  # pixels to each side that share their errors' squares
