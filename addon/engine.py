@@ -34,10 +34,10 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
 
     def update(self, data, depsgraph):
         """Export, while Blender's data is locked."""
-        if self.resolution_x == 0:  # called before `bake`, which says later what is wanted
-            self.baker = None
-            return
-        self.session.update(self, depsgraph)
+        self.baker = None
+        # Blender calls this before `bake`, too. Without a window that shows only where nothing was rendered before.
+        if self.resolution_x and not bpy.app.is_job_running("OBJECT_BAKE"):
+            self.session.update(self, depsgraph)
 
     def render(self, depsgraph):
         """Trace what was exported."""

@@ -277,13 +277,13 @@ class Session:
 
     def __init__(self):
         self._jobs = []
-        self._cache = self._compiled = None
+        self._cache = self._compiled = self._failure = None
         self._said = set()
 
     def update(self, engine, depsgraph):
-        """Export; the only time Blender's data is read."""
-        self._jobs = []
-        with reported(engine):
+        """Export; the only time Blender's data is read. What fails is for `render` to tell: a bake can do without."""
+        self._jobs, self._failure = [], None
+        try:
             from .export.cache import ExportCache
 
             engine.update_stats("", "Exporting")
@@ -293,17 +293,23 @@ class Session:
             shot = shot_of(engine, depsgraph.scene)
             self._jobs = [replace(job, shot=shot) for job in export_views(engine, depsgraph, cache)]
             self._cache = cache if depsgraph.scene.render.use_persistent_data else None
-            self._warn(engine, self._jobs[0])
+        except (Exception, KeyboardInterrupt) as error:
+            self._failure = error
+            return
         if not engine.is_preview:
             for sentence in takeover.pop_unsaid():
                 engine.report({"INFO"}, sentence)
 
     def render(self, engine, depsgraph):
-        """Trace what `update` exported, view after view; nothing when that failed."""
+        """Trace what `update` exported, view after view; when that failed, tell why."""
         jobs, self._jobs = self._jobs, []
+        failure, self._failure = self._failure, None
         before, self._compiled = self._compiled, None
         with reported(engine):
+            if failure:
+                raise failure
             for job in jobs:
+                self._warn(engine, job)
                 try:
                     before = render_job(job, engine, depsgraph.view_layer_eval, before)
                 finally:

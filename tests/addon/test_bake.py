@@ -238,6 +238,18 @@ def test_without_camera_and_with_motion_blur(ball):
     assert baked("ZRAKA", "AO", samples=4)[..., :3].mean() > 0.2
 
 
+def test_after_a_render_nothing_is_asked_of_a_render(ball):
+    """Blender keeps the size of a render, calls `update` and means a bake: what a render lacks must not stop it."""
+    scene = bpy.context.scene
+    scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "ZRAKA", 8, 8
+    with headless.quiet():
+        bpy.ops.render.render()
+    scene.camera = None
+    assert baked("ZRAKA", "AO", samples=4)[..., :3].mean() > 0.2
+    with headless.quiet(), pytest.raises(RuntimeError, match="camera"):
+        bpy.ops.render.render()
+
+
 def test_what_cannot_be_baked_is_said(ball):
     with pytest.raises(RuntimeError, match="does not bake shadow"):
         baked("ZRAKA", "SHADOW")
