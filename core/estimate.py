@@ -83,27 +83,27 @@ def remaining(count, ratio):
     return own * total / count**2
 
 
-def noisy_weights(parts):
-    """As `report.error.weights`, (P,), from parts of a picture that has noise.
+def noisy_weights(picture, noise, mean_square):
+    """As `report.error.weights`, (P,), from a part of a picture that has noise.
 
     A pixel is taken to be as bright as its neighbours say, as far as its noise explains why it differs from them: what
     makes a firefly err must not make it bright, or its relative error would look small.
 
     Parameters
     ----------
-    parts : list of (picture (3, H, W), noise (H, W))
-        The noise is what a doubling of its samples changed in each pixel, squared and summed over the channels.
+    picture : (3, H, W) or (3, H, W, K) float64
+        One block of pixels, or several of one size.
+    noise : (H, W) or (H, W, K) float64
+        What a doubling of its samples changed in each pixel, squared and summed over the channels.
+    mean_square : float
+        Of the whole picture, as the floor wants it.
     """
-    tiny = np.finfo(np.float64).tiny
-    square = np.concatenate([_squares(picture, noise, tiny).reshape(-1) for picture, noise in parts])
-    return 1 / np.maximum(square + FLOOR**2 * float(square.mean(dtype=np.float64)), _LEAST_SQUARE)
-
-
-def _squares(picture, noise, tiny):
     means = [neighbours_mean(channel, _REACH) for channel in picture]
     apart = sum(np.square(own - mean) for own, mean in zip(picture, means, strict=True))
-    keep = 1 - np.minimum(noise, apart) / np.maximum(apart, tiny)  # the quotient stays below 1
-    return sum(np.square(mean + keep * (own - mean)) for own, mean in zip(picture, means, strict=True))
+    # The quotient stays below 1.
+    keep = 1 - np.minimum(noise, apart) / np.maximum(apart, np.finfo(np.float64).tiny)
+    square = sum(np.square(mean + keep * (own - mean)) for own, mean in zip(picture, means, strict=True))
+    return 1 / np.maximum(square.ravel() + FLOOR**2 * mean_square, _LEAST_SQUARE)
 
 
 def relative_error(variance, weight):

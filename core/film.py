@@ -21,9 +21,9 @@ from .report.error import weights
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
-_JUDGED = 1 << 17  # pixels that tell a picture's error; fewer may miss a small bright lamp, which rules the floor
-_BANDS = 8  # of rows, in which they lie
-_LEAST_ROWS = 4
+_BLOCK = 8  # pixels to a side
+_BLOCKS = 256  # of a large picture, by which its error is judged
+_FLOOR_STRIDE = 5  # of the pixels that tell how bright a picture is; odd, so that it meets every column of a tile
 _REACH = 2  # pixels to each side that share their errors' squares
 
 INTERVAL_95 = 2.06
@@ -79,6 +79,7 @@ class Film:
         self._marks = _zeros((3, 3, total), np.float32)
         self._counts = _zeros((total,), np.int32)
         self._ratio = None  # of `estimate.ratio_of`, once it was seen
+        self._judged = None  # of `_spread`, once the error was asked for
         self.nonfinite = 0
         self.history = []
         self.stats = {}
@@ -157,17 +158,31 @@ class Film:
         """Estimate of the picture's relative RMSE as `core.report.error` measures it.
 
         Infinite before every pixel has two samples; 0 for a black picture without error. Large pictures are judged by
-        bands of rows at even distances.
+        small blocks spread over them.
         """
         with self._lock:
             if self._counts.min() < 2:
                 return math.inf
-        bands = [self._gains(_colour, self._order[band]) for band in self._bands()]
-        noisy = [(picture.reshape(3, -1, self.width), gains[0].reshape(-1, self.width)) for picture, gains, _ in bands]
-        weight = estimate.noisy_weights(noisy)
-        gains, counts = (np.concatenate(column, axis=-1) for column in list(zip(*bands, strict=True))[1:])
+        if self._judged is None:
+            self._judged = _spread(self._order.reshape(self.height, self.width))
+        picture, gains, counts = self._gains(_colour, self._judged.ravel())
+        shape = self._judged.shape
+        weight = estimate.noisy_weights(picture.reshape(3, *shape), gains[0].reshape(shape), self._mean_square())
         self._see_ratio(gains, weight, counts)
         return estimate.relative_error(gains[0] * self._remaining(counts), weight)
+
+    def _mean_square(self):
+        """Mean over the picture of |R|², by two independent means of each pixel, so that noise adds nothing.
+
+        More pixels tell it than are judged: a small bright lamp may rule it.
+        """
+        some = slice(None, None, _FLOOR_STRIDE if self._order.size > _FLOOR_STRIDE * _BLOCK**2 * _BLOCKS else 1)
+        with self._lock:
+            counts, sums = self._counts[some], self._sums[:3, some]
+            halves = _of_counts(counts, estimate.half_of)
+            first = self._marks[0][:, some]
+            second = (sums - halves * first) / (counts - halves)
+            return max(0.0, float(np.vdot(first, second)) / counts.size)
 
     def variance(self):
         """Estimated variance (H·W,) of each pixel's luminance from its own samples alone; infinite below two.
@@ -249,18 +264,7 @@ class Film:
     def _remaining(self, counts):
         """`estimate.remaining` of each pixel, 0 below two samples."""
         ratio = estimate.UNSEEN_RATIO if self._ratio is None else self._ratio
-        factors = np.zeros(counts.max() + 1)
-        for number in np.flatnonzero(np.bincount(counts)):
-            factors[number] = estimate.remaining(int(number), ratio) if number > 1 else 0.0
-        return factors[counts]
-
-    def _bands(self):
-        """Slices of whole rows by which the error is judged: all of small pictures, an even share of large ones."""
-        if self.height * self.width <= _JUDGED:
-            return [slice(0, self.height * self.width)]
-        rows = max(_JUDGED // (_BANDS * self.width), _LEAST_ROWS)
-        starts = range(0, self.height, max(rows, rows * self.height * self.width // _JUDGED))
-        return [slice(y * self.width, min(y + rows, self.height) * self.width) for y in starts]
+        return _of_counts(counts, lambda count: estimate.remaining(count, ratio) if count > 1 else 0.0)
 
 
 def _parts(total):
@@ -280,6 +284,29 @@ def _zeros(shape, dtype):
     out = uninitialised(shape, dtype)
     out.fill(0)
     return out
+
+
+def _spread(pixels):
+    """Blocks (h, w, K) of a picture's `pixels` (H, W) at the points of a plane lattice; a small picture as it is.
+
+    Source of the lattice: Roberts (2018), "The Unreasonable Effectiveness of Quasirandom Sequences".
+    """
+    if pixels.size <= _BLOCK**2 * _BLOCKS:
+        return pixels
+    plastic = 1.324717957244746
+    tall, wide = (min(_BLOCK, side) for side in pixels.shape)
+    number = np.arange(_BLOCKS)
+    top = ((0.5 + number / plastic**2) % 1 * (pixels.shape[0] - tall + 1)).astype(np.intp)
+    left = ((0.5 + number / plastic) % 1 * (pixels.shape[1] - wide + 1)).astype(np.intp)
+    return pixels[top + np.arange(tall)[:, None, None], left + np.arange(wide)[:, None]]
+
+
+def _of_counts(counts, function):
+    """`function` of each count (P,), asked once for each value."""
+    values = np.zeros(counts.max() + 1)
+    for count in np.flatnonzero(np.bincount(counts)):
+        values[count] = function(int(count))
+    return values[counts]
 
 
 def _is_doubled(counts):

@@ -9,12 +9,12 @@ import numpy as np
 
 
 def box(values, reach):
-    """Sum of `values` (H, W) over the square of 2 `reach` + 1 pixels around each, (H, W); outside is 0."""
+    """Sum of `values` (H, W, ...) over the square of 2 `reach` + 1 pixels around each, as large; outside is 0."""
     return _along_columns(_along_rows(values, reach), reach)
 
 
 def neighbours_mean(values, reach):
-    """Mean of every pixel's neighbours, (H, W), without the pixel itself; its own value where it has none."""
+    """Mean of every pixel's neighbours, (H, W, ...), without the pixel itself; its own value where it has none."""
     number = _number(values.shape, reach, values.dtype)
     total = box(values, reach)
     total -= values

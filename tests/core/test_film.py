@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from zraka.core import estimate
-from zraka.core.film import INTERVAL_95, Film
+from zraka.core.film import INTERVAL_95, Film, _spread
 from zraka.core.report.error import FLOOR, relative_rmse, weights
 from zraka.core.sampling.sampler import reverse_int
 
@@ -45,6 +45,22 @@ def true_error(film):
 def test_estimated_error_is_the_true_one_for_independent_samples(samples):
     film = filled(0.5, samples)
     assert film.error() == pytest.approx(true_error(film), rel=0.1)
+
+
+def test_the_error_of_a_large_picture_with_a_small_lamp():
+    """A few blocks are judged. Here none holds any of the lamp, which rules the picture's mean square."""
+    film, rng, size = Film(320, 200), np.random.default_rng(8), 320 * 200
+    judged = np.isin(np.arange(size), _spread(np.arange(size).reshape(200, 320))).reshape(200, 320)
+    assert judged.mean() < 0.3
+    truth = np.ones((200, 320, 3))
+    truth[80:100, 160:180][~judged[80:100, 160:180]] = 60.0
+    for sample in range(8):
+        noise = np.tile(0.5 * rng.standard_normal(size), (3, 1))
+        film.add(np.arange(size), (truth.reshape(-1, 3).T + noise).astype(np.float32), (sample,))
+    true = relative_rmse(film.image()[..., :3], np.stack([truth, truth]), weights(truth))
+    assert film.error() == pytest.approx(true, rel=0.1)
+    film._mean_square = lambda: 3.0
+    assert film.error() != pytest.approx(true, rel=0.1)
 
 
 def stratified(samples, seed, size=48):
@@ -169,4 +185,4 @@ def test_estimated_error_of_a_scene():
 def test_a_noise_without_differences_is_no_overflow():
     """The mean of pixels that are all alike, where doublings changed much."""
     flat = np.ones((3, 8, 8))
-    np.testing.assert_allclose(estimate.noisy_weights([(flat, np.full((8, 8), 8.0))]), 1 / (3 + 3 * FLOOR**2))
+    np.testing.assert_allclose(estimate.noisy_weights(flat, np.full((8, 8), 8.0), 3.0), 1 / (3 + 3 * FLOOR**2))

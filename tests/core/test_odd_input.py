@@ -167,5 +167,5 @@ def test_shadow_rays_that_have_arrived_are_not_aimed_anew():
 @pytest.mark.parametrize("noise", [0.0, 1e76])
 def test_the_error_of_a_picture_of_no_brightness_does_not_overflow(noise):
     """Its variance was multiplied by the inverse of the least float64."""
-    weight = estimate.noisy_weights([(np.zeros((3, 2, 2)), np.full((2, 2), noise))])
+    weight = estimate.noisy_weights(np.zeros((3, 2, 2)), np.full((2, 2), noise), 0.0)
     assert np.isfinite(estimate.relative_error(np.full(4, 1e76), weight))
