@@ -193,7 +193,7 @@ class Builder:
         dimension = dimension_of("", default)
         if dimension is None:
             return value
-        if isinstance(value, Const):
+        if isinstance(value, Const) and value.value.ndim != (2 if dimension == 3 else 1):
             return Const(np.array(to_dimension(value.value, dimension, Arena(4096)), np.float32))
         return value
 

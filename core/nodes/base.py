@@ -171,8 +171,15 @@ class Outputs(Mapping):
         return len(self._makers)
 
 
+_SAFE = 1e38  # numbers below it are finite in float32
+
+
 def as_vector(value):
     """A Python number or tuple as (1,) or (3, 1) float32."""
-    with np.errstate(over="ignore"):
+    if isinstance(value, float) and abs(value) < _SAFE:
+        return np.array((value,), np.float32)
+    if isinstance(value, tuple) and len(value) == 3 and max(map(abs, value)) < _SAFE:
+        return np.array([(v,) for v in value], np.float32)
+    with np.errstate(over="ignore"):  # which takes longer than all the rest
         a = np.asarray(value, np.float32)
     return a.reshape(1) if a.ndim == 0 else a[:3].reshape(3, 1).copy()
