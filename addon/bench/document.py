@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from ...core.report.plot import Curve, plot
 from ...core.report.table import number, percent, table
+from . import full_size
 from .convergence import TARGETS
 
 NAMES = {"zraka": "Zraka", "cycles": "Cycles", "again": "Zraka again"}
@@ -125,10 +126,20 @@ def _zraka(result):
 # -- studies -----------------------------------------------------------------------------------------------------------
 
 
+def _full_size(result):
+    other = result["other"]
+    rows = [
+        [row["scene"], row["seconds"]["zraka"], row["seconds"][other], row["faster"], percent(row["embree_share"])]
+        for row in result["studies"]["full_size"]
+    ]
+    head = ["scene", "Zraka s", f"{NAMES[other]} s", f"samples/s, Zraka / {NAMES[other]}", "Embree of wall"]
+    return f"## {full_size.SAMPLES} samples at full size\n\n" + table(head, rows)
+
+
 def _threads(result):
     found = result["studies"]["threads"]
     rows = [[NAMES[side], *times["seconds"].values(), times["gain"]] for side, times in found.items()]
-    return "## Threads\n\n" + table(["engine", "1 thread s", "2 threads s", "gain"], rows)
+    return "## Threads, `cornell` at full size\n\n" + table(["engine", "1 thread s", "2 threads s", "gain"], rows)
 
 
 def _samples(result):
@@ -192,6 +203,7 @@ def _memory(result):
 
 _STUDIES = {
     "memory": _memory,
+    "full_size": _full_size,
     "threads": _threads,
     "samples": _samples,
     "leaving_out": _leaving_out,

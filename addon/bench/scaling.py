@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How time grows: with threads, samples, triangles and lights; and what leaving stages out gives."""
+"""How time grows: with samples, triangles and lights; and what leaving stages out gives."""
 
 from __future__ import annotations
 
@@ -13,18 +13,6 @@ from .engines import Interrupted, median, open_blend
 
 SAMPLES = 8
 AMONG_LIGHTS = 0.05  # error whose time the lights are compared by
-
-
-def threads(bench, plan, folder):
-    """One thread and two, both engines, `cornell`: seconds, and how many times faster two are."""
-    scene = open_blend(scenes.find("cornell", folder), plan.percentage)
-    cases = {(side, n): {"side": side, "samples": SAMPLES, "threads": n} for n in (1, 2) for side in bench.sides}
-    runs = bench.alternate(scene, cases, plan.runs)
-    found = {}
-    for side in bench.sides:
-        one, two = (median(runs[side, n]) for n in (1, 2))
-        found[side] = {"seconds": {"1": one, "2": two}, "gain": one / two}
-    return found
 
 
 def samples(bench, plan, folder):
@@ -137,7 +125,6 @@ def _times(runs):
 
 
 STUDIES = {
-    "threads": threads,
     "samples": samples,
     "leaving_out": features,
     "triangles": triangles,

@@ -36,6 +36,8 @@ class Plan(NamedTuple):
         Independent renders that the reference is made of.
     runs : int
         Timed repetitions, at least two, of which the median is taken.
+    large : int
+        `percentage` of the studies for which a render's fixed costs should count for little.
     samples, triangles, lights : sequence of int
         Of the studies of how time grows. 10,000 lights take Cycles minutes a picture, as its time is linear in them.
     """
@@ -46,6 +48,7 @@ class Plan(NamedTuple):
     reference: int
     reference_runs: int
     runs: int
+    large: int
     samples: tuple
     triangles: tuple
     lights: tuple
@@ -54,14 +57,15 @@ class Plan(NamedTuple):
 _QUICK = ("cornell", "whitted", "room_closed", "interior", "many")
 
 PLANS = {
-    "quick": Plan(_QUICK, 50, (2, 4, 8), 128, 4, 3, (2, 4, 8, 16, 32), (10**3, 10**4, 10**5), (1, 10, 100, 1000)),
+    "quick": Plan(_QUICK, 50, (2, 4, 8), 128, 4, 3, 100, (2, 4, 8, 16, 32), (10**3, 10**4, 10**5), (1, 10, 100, 1000)),
     "full": Plan(
         (*_QUICK, "lamps", "sky", "terrain"),
-        100,
-        (4, 16, 64),
-        1024,
+        50,
+        (2, 8, 32),
+        512,
         4,
-        5,
+        3,
+        100,
         (2, 4, 8, 16, 32, 64, 128),
         (10**3, 10**4, 10**5, 10**6, 10**7),
         (1, 10, 100, 1000, 10**4),

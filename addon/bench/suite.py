@@ -10,7 +10,7 @@ import time
 from ...core.diagnostics import SceneError
 from .. import headless
 from ..machine import finite, load, machine, make_folder, versions
-from . import convergence, document, materials, scaling, scenes, thesis
+from . import convergence, document, full_size, materials, scaling, scenes, thesis
 from .engines import Bench, Interrupted
 from .memory import peak_memory
 
@@ -56,7 +56,8 @@ def run(suite, against, folder, interrupted=lambda: False, say=lambda text: None
             say(f"scene {name}: time to 5%, ratio {document.number(result['scenes'][name]['ratios']['5%'])}")
             _write(result, folder, started)
         result["studies"]["memory"] = _memory(bench, made)
-        for name, study in (thesis.STUDIES | scaling.STUDIES | {"materials": materials.materials}).items():
+        studies = full_size.STUDIES | thesis.STUDIES | scaling.STUDIES | {"materials": materials.materials}
+        for name, study in studies.items():
             say(f"study {name}")
             result["studies"][name] = study(bench, plan, made)
             _write(result, folder, started)

@@ -19,7 +19,7 @@ def add_command(commands):
     )
     bench.set_defaults(run=_bench)
     add = bench.add_argument
-    add("--suite", choices=("quick", "full"), default="quick", help="quick takes minutes, full hours")
+    add("--suite", choices=("quick", "full"), default="quick", help="quick takes minutes, full an hour")
     add(
         "--against",
         choices=("CYCLES", "ZRAKA"),

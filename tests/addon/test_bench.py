@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from zraka.addon import cli
-from zraka.addon.bench import convergence, document, engines, scaling, scenes, suite, thesis
+from zraka.addon.bench import convergence, document, engines, full_size, scaling, scenes, suite, thesis
 from zraka.core.diagnostics import SceneError
 
-TINY = scenes.Plan(("cornell",), 6, (1, 2), 32, 2, 2, (1, 2), (200,), (1, 3))
+TINY = scenes.Plan(("cornell",), 6, (1, 2), 32, 2, 2, 6, (1, 2), (200,), (1, 3))
 
 
 @pytest.fixture
@@ -57,14 +57,14 @@ def test_a_suite_is_measured_and_written(tiny, tmp_path, capsys):
     assert 0 < scene["zraka"]["embree_share"] < 1
     assert scene["zraka"]["rays"]["camera"] == 30 * 30 * 16
     assert scene["references"]["brightness"] == pytest.approx(1.0, abs=0.15)
-    assert set(result["studies"]) == {"memory", "materials", *scaling.STUDIES, *thesis.STUDIES}
+    assert set(result["studies"]) == {"memory", "materials", *full_size.STUDIES, *scaling.STUDIES, *thesis.STUDIES}
 
     rows = result["studies"]["thesis"]
     assert rows[0]["rays"] == 1.0  # depth 1 is ray casting
     assert rows[1]["rays"] > 1.5
     assert result["studies"]["raycast_over_embree"]["rays"] > 96 * 54
     text = (folder / "bench.md").read_text()
-    for title in ("# Zraka beside Cycles", "## Threads", "## Lights", "## The thesis' table", "over alone"):
+    for title in ("# Zraka beside Cycles", "samples at full size", "## Lights", "## The thesis' table", "over alone"):
         assert title in text
     assert not list(folder.glob("*.png")) or "error-cornell.png" in text
 
