@@ -6,6 +6,8 @@ The triangles themselves are written by `core.compile.triangles`; here all is nu
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..arena import uninitialised
@@ -49,77 +51,41 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     SceneError
         Arrays of a mesh, of spheres or a transform whose shape or indices do not fit, or tables that memory does not.
     """
-    numbering = _Materials()
+    numbering, needs, uv_names = _Materials(), needs or Needs(), tuple(uv_names)
+    told = partial(_tell_dropped, names=[x.name for x in scene.objects], diagnostics=diagnostics)
     centers, radii = _spheres(scene.spheres)
     placed = place_curves(scene.curves)
-    needs, uv_names = needs or Needs(), tuple(uv_names)
     check_memory(scene.instances, len(uv_names), needs.corner_columns)
     # What is not finite comes out as NaN and is left out below.
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         groups, count = place(scene.instances)
         reached = np.concatenate([centers, placed.points]), np.concatenate([radii, placed.radii])
         origin = centre(groups, *reached, scene)[0]
-        vertices, index, facets, normals, good = write_triangles(groups, count, origin)
-    names = [x.name for x in scene.objects]
-    material, objects = _triangle_numbers(groups, scene.instances, count, numbering)
-    uvs = {name: _uvs(groups, name, count) for name in uv_names}
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        corner_values = corner_tables(groups, count, needs)
-    own_number = None
-    if not good.all():
-        own_number = _own_numbers(groups, count)[good]
-        _tell_dropped(
-            "triangles without area or with coordinates that are not finite were left out",
-            objects[~good],
-            names,
-            diagnostics,
+        own, material, objects, uvs, corner_values = _triangles(
+            groups, count, origin, scene.instances, numbering, uv_names, needs, told
         )
-        facets, material, objects = facets[good], material[good], objects[good]
-        index = np.append(index[good], np.zeros((INDEX_PADDING, 3), np.uint32), axis=0)[: len(facets)]
-        uvs = {name: table[good] for name, table in uvs.items()}
-        corner_values = {key: table[good] for key, table in corner_values.items()}
-
-    round_material, round_objects = _owners(
-        scene.spheres, [len(s.radii) for s in scene.spheres], len(scene.instances), numbering
-    )
-    centers -= origin
-    with np.errstate(invalid="ignore", over="ignore"):
-        single = radii.astype(np.float32)
-        good = (single > 0) & np.isfinite(single) & np.isfinite(centers.astype(np.float32)).all(1)
-    if not good.all():
-        _tell_dropped(
-            "spheres whose radius is not positive or whose place is not finite were left out",
-            round_objects[~good],
-            names,
-            diagnostics,
-        )
-    segments, hair_material, hair_objects = _hair(scene, placed, origin, numbering, names, diagnostics)
+    good, centers, radii, round_material, round_objects = _balls(scene, centers - origin, radii, numbering, told)
+    segments, hair_material, hair_objects = _hair(scene, placed, origin, numbering, told)
     if segments is not None or scene.spheres:
-        kept = np.flatnonzero(good)
-        uvs = {name: append_rows(table, ("uv", name), scene, kept, segments) for name, table in uvs.items()}
-        corner_values = {key: append_rows(t, key, scene, kept, segments) for key, t in corner_values.items()}
-    flat_material, flat_objects = _owners(
-        scene.planes, [1] * len(scene.planes), len(scene.objects) - len(scene.planes), numbering
-    )
+        uvs = {name: append_rows(table, ("uv", name), scene, good, segments) for name, table in uvs.items()}
+        corner_values = {key: append_rows(t, key, scene, good, segments) for key, t in corner_values.items()}
+    first = len(scene.objects) - len(scene.planes)
+    flat_material, flat_objects = _owners(scene.planes, [1] * len(scene.planes), first, numbering)
     points, directions = _planes(scene.planes, origin)
     return Geometry(
+        **own,
         origin=origin,
-        facets=facets,
-        vertices=vertices,
-        index=index,
-        centers=columns_of(centers[good]),
-        radii=single[good],
+        centers=columns_of(centers),
+        radii=radii,
         plane_points=points,
         plane_normals=directions,
-        material=_joined(material, round_material[good], hair_material, flat_material),
-        object=_joined(objects, round_objects[good], hair_objects, flat_objects),
+        material=_joined(material, round_material, hair_material, flat_material),
+        object=_joined(objects, round_objects, hair_objects, flat_objects),
         materials=tuple(numbering.materials),
-        normals=normals,
         uvs=uvs,
         corner_values=corner_values,
         objects=compile_objects(scene, origin, numbering.materials) if needs.objects else None,
         strands=None if segments is None else segments.strands,
-        own_number=own_number,
     )
 
 
@@ -150,6 +116,24 @@ def _joined(first, *others):
 
 
 # -- triangles ---------------------------------------------------------------------------------------------------------
+
+
+def _triangles(groups, count, origin, instances, numbering, uv_names, needs, told):
+    """Of all triangles that can be hit: their own tables by name, materials, objects, UV maps and other values."""
+    vertices, index, facets, normals, good = write_triangles(groups, count, origin)
+    material, objects = _triangle_numbers(groups, instances, count, numbering)
+    uvs = {name: _uvs(groups, name, count) for name in uv_names}
+    corner_values = corner_tables(groups, count, needs)
+    own_number = None
+    if not good.all():
+        own_number = _own_numbers(groups, count)[good]
+        told("triangles without area or with coordinates that are not finite were left out", objects[~good])
+        facets, material, objects = facets[good], material[good], objects[good]
+        index = np.append(index[good], np.zeros((INDEX_PADDING, 3), np.uint32), axis=0)[: len(facets)]
+        uvs = {name: table[good] for name, table in uvs.items()}
+        corner_values = {key: table[good] for key, table in corner_values.items()}
+    own = {"vertices": vertices, "index": index, "facets": facets, "normals": normals, "own_number": own_number}
+    return own, material, objects, uvs, corner_values
 
 
 def centre(groups, centers, radii, scene):
@@ -233,19 +217,31 @@ def _uvs(groups, name, count):
 # -- strands, spheres and planes ---------------------------------------------------------------------------------------
 
 
-def _hair(scene, placed, origin, numbering, names, diagnostics):
+def _balls(scene, centers, radii, numbering, told):
+    """Of all spheres, those that can be hit, their centres and radii (float32), and the material and object of each."""
+    counts = [len(s.radii) for s in scene.spheres]
+    material, objects = _owners(scene.spheres, counts, len(scene.instances), numbering)
+    with np.errstate(invalid="ignore", over="ignore"):
+        single = radii.astype(np.float32)
+        good = (single > 0) & np.isfinite(single) & np.isfinite(centers.astype(np.float32)).all(1)
+    if not good.all():
+        told("spheres whose radius is not positive or whose place is not finite were left out", objects[~good])
+    return np.flatnonzero(good), centers[good], single[good], material[good], objects[good]
+
+
+def _hair(scene, placed, origin, numbering, told):
     """Segments of all curves or None, and the material and object of each."""
     with np.errstate(invalid="ignore", over="ignore"):
         segments = write_segments(placed, origin)
     first = len(scene.instances) + len(scene.spheres)
     if segments.lost.size:
         message = "pieces of strands without radius or with coordinates that are not finite were left out"
-        _tell_dropped(message, first + segments.lost, names, diagnostics)
+        told(message, first + segments.lost)
     if segments.strands is None:
         return None, *_owners((), (), first, numbering)
     if segments.slim.size:
         message = f"pieces of strands over {SLIMMEST:,.0f} radii long are not met exactly; add points to them"
-        _tell_dropped(message, first + segments.slim, names, diagnostics)
+        told(message, first + segments.slim)
     material = np.array([numbering.number(c.material) for c in scene.curves], np.int32)
     return segments, material[segments.owner], (first + segments.owner).astype(np.int32)
 

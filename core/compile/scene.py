@@ -83,18 +83,36 @@ class CompiledScene:
         self.materials = before.materials if materials_stay else compile_materials(geometry.materials, diagnostics)
         self._interact = make_interact(self.geometry)
         self.needs_rays = self.geometry.count > self.geometry.triangle_count
-        emission_of = self.materials.emission
+        self._tabulate_materials()
+        if shapes_stay and same_lights(before.described, scene) and not self._light_follows_camera():
+            self.lights = before.lights
+        else:
+            self.lights = self._compile_lights(before)
+        self.camera = CameraRays(scene.camera, settings.width, settings.height, self.geometry.origin)
+        self.sampler = Sampler(settings.seed)
+        self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
+        if forms_stay:
+            self.accel = before.accel
+        else:
+            self.accel = Accel(self.geometry, parts=parts_of(self.geometry) if editable else None)
+        if any(p.operations & PROBING for p in self.materials.programs):
+            self.geometry = replace(self.geometry, probe=Probe(self.accel, self._interact))
+        self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
+        if not self.visibility.is_plain:
+            self.needed |= Feature.VISIBILITY
+        if self.visibility.among_catchers is not None and settings.method == "pathtrace":
+            self.needed |= Feature.CATCHERS
+        self.features = self.needed if force_features is None else force_features
+        self.lights.sampler.tells_lights = Feature.VISIBILITY in self.features
+        self._say_what_is_missing(settings, diagnostics)
+
+    def _tabulate_materials(self):
+        """What is asked of a primitive's material before its program runs."""
+        programs, emission_of = self.materials.programs, self.materials.emission
         textured = [isinstance(e, str) for e in emission_of]
         self._textured_emission = any(textured)
         table = [np.zeros(3) if e is None or isinstance(e, str) else e for e in emission_of]
         self._emission_table = np.array(table, np.float32).reshape(-1, 3).T.copy()
-        if shapes_stay and same_lights(before.described, scene) and not self._light_follows_camera():
-            self.lights = before.lights
-        else:
-            self.lights = self._compile_lights(textured, emission_of, before)
-        self.camera = CameraRays(scene.camera, settings.width, settings.height, self.geometry.origin)
-        self.sampler = Sampler(settings.seed)
-        programs = self.materials.programs
         self.emissive_prim = self._by_primitive([e is not None for e in emission_of])
         self.transparent_prim = self._by_primitive(
             [programs[n].transparency is not None for n in self.materials.program_of]
@@ -111,21 +129,6 @@ class CompiledScene:
         self._only_program = int(np.flatnonzero(scatters)[0]) if scatters.sum() == 1 else None
         numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
-        self.needed = features_of(self.geometry, self.materials, self.lights, self.camera, settings)
-        if forms_stay:
-            self.accel = before.accel
-        else:
-            self.accel = Accel(self.geometry, parts=parts_of(self.geometry) if editable else None)
-        if any(p.operations & PROBING for p in programs):
-            self.geometry = replace(self.geometry, probe=Probe(self.accel, self._interact))
-        self.visibility = SceneVisibility(scene, self.geometry, self.lights, self.accel)
-        if not self.visibility.is_plain:
-            self.needed |= Feature.VISIBILITY
-        if self.visibility.among_catchers is not None and settings.method == "pathtrace":
-            self.needed |= Feature.CATCHERS
-        self.features = self.needed if force_features is None else force_features
-        self.lights.sampler.tells_lights = Feature.VISIBILITY in self.features
-        self._say_what_is_missing(settings, diagnostics)
 
     def _say_what_is_missing(self, settings, diagnostics):
         programs = self.materials.programs
@@ -160,8 +163,11 @@ class CompiledScene:
         objects = compile_objects(scene, geometry.origin, materials) if self._needs.objects else None
         return replace(geometry, materials=materials, objects=objects)
 
-    def _compile_lights(self, textured, emission_of, before):
-        emission = [(self._mean_emission(m), self.emission_at) if t else emission_of[m] for m, t in enumerate(textured)]
+    def _compile_lights(self, before):
+        emission = [
+            (self._mean_emission(m), self.emission_at) if isinstance(e, str) else e
+            for m, e in enumerate(self.materials.emission)
+        ]
         world, environment = self.described.world, None
         if before is not None and before.described.world is world and not asks_for_camera(world):
             environment = copy.copy(before.lights.environment)  # of its own: it is told how often it is chosen
