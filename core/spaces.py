@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .camera_panorama import PLACES
+
 
 @dataclass(frozen=True, eq=False)
 class Objects:
@@ -79,6 +81,7 @@ class View:
         matrix[:3, 2] *= -1
         self.to_camera, self.to_world = rows_of(np.linalg.inv(matrix)), rows_of(matrix)
         self.is_perspective = camera.projection == "PERSPECTIVE"
+        self._panorama = camera.panorama if camera.projection == "PANORAMIC" else None
         self._clip_start = float(camera.clip_start)
         self._window = tuple(float(x) for x in camera.window)
         left, right, bottom, top = self._window
@@ -91,7 +94,8 @@ class View:
         out = arena.zeros((3, p.shape[-1]))
         with arena.frame():
             depth = _away_from_zero(p[2], arena) if self.is_perspective else np.float32(1)
-            for row, coordinate, low, high in ((out[0], p[0], left, right), (out[1], p[1], bottom, top)):
+            x, y = p[:2] if self._panorama is None else PLACES[self._panorama.kind](self._panorama, *p)
+            for row, coordinate, low, high in ((out[0], x, left, right), (out[1], y, bottom, top)):
                 np.divide(coordinate, depth, out=row)
                 np.subtract(row, low, out=row)
                 np.divide(row, high - low, out=row)

@@ -54,7 +54,7 @@ MAY_IMPORT = {
     "core.visibility": set(),
     "core.geometry": VECTORS,
     "core.planes": TABLES,
-    "core.spaces": VECTORS,
+    "core.spaces": VECTORS | {"core.camera_panorama"},
     "core.camera": TABLES,
     "core.camera_description": set(),
     "core.geometry_description": set(),

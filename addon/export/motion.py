@@ -114,8 +114,6 @@ def export_around(depsgraph, frame_set, first, camera, size, cache, diagnostics)
     """
     if depsgraph.scene_eval.render.use_motion_blur:
         reason = "with motion blur, as in Cycles"
-    elif first.camera.projection == "PANORAMIC":
-        reason = "with panoramic cameras"
     elif frame_set is None:
         reason = "in stereo views"
     else:

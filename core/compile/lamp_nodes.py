@@ -22,7 +22,6 @@ from .objects import compile_objects
 
 _CORNERS = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)  # UV at the corners of a triangle that stands for a lamp
 _COLUMNS = 21  # of a table of corners that holds any attribute, or the seven of a tangent
-_TANGENTS = ("tangent", "normal_map")
 _FARTHEST = np.finfo(np.float32).max
 
 
@@ -71,8 +70,9 @@ def compile_lamp(light, diagnostics):
     if code is None:
         return np.zeros(3), None
     if not code.is_constant:
-        if code.operations & set(_TANGENTS) or _reads(shader, "tangent"):
-            diagnostics.warn("tangents of lights are not known to nodes; 0 is used", f"light '{shader.name}'")
+        if _reads(shader, "tangent"):  # Cycles' is not a number, and its light black
+            said = "the tangent that a Geometry node tells of a light is taken around its Z axis"
+            diagnostics.warn(said, f"light '{shader.name}'")
         return np.ones(3), code
     value = code.run(Context(Arena(4096), 1), code.row.reshape(-1, 1))["Le"]
     return np.array(np.broadcast_to(value.reshape(-1), 3), np.float64), None

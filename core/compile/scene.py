@@ -278,7 +278,7 @@ class CompiledScene:
         return self.emitted(self.interact(Hits(t, prim, u, v), o, d, arena), arena, ray)
 
     def _mean_emission(self, m):
-        """Mean radiance (3,) of textured material number `m` over some points of its triangles."""
+        """Mean radiance (3,) of textured material number `m` over some points of its triangles' brighter side."""
         prims = np.flatnonzero(self.geometry.material[: self.geometry.triangle_count] == m).astype(np.int32)
         if prims.size == 0:
             return np.zeros(3, np.float32)
@@ -286,9 +286,11 @@ class CompiledScene:
         u, v = rng.random((2, _MEAN_POINTS), np.float32)
         folded = u + v > 1
         u, v = np.where(folded, 1 - u, u), np.where(folded, 1 - v, v)
-        radiance = self.emission_at(prims[rng.integers(prims.size, size=_MEAN_POINTS)], u, v, Arena())
+        prim = prims[rng.integers(prims.size, size=_MEAN_POINTS)]
+        normal = np.take(self.geometry.facets[:, NORMAL], prim, axis=0).T
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite goes through
-            return radiance.mean(axis=1)
+            front, back = (self.emission_at(prim, u, v, Arena(), wo).mean(axis=1) for wo in (normal, -normal))
+            return np.where(np.abs(back).sum() > np.abs(front).sum(), back, front)
 
     def _by_primitive(self, of_material, miss=False, dtype=bool):
         """A per-material table spread over primitives, and `miss` at its end."""

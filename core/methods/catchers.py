@@ -9,7 +9,8 @@ alone, into L. M is what the path had found before, and for all other paths what
 
 a transparent film shows M, with the alpha of what is no catcher and, of the share of the catchers, 1 - light left; an
 opaque one M + light left · the world behind the catchers. Catchers that are met later are ordinary objects, and so are
-those that hold out what is behind. Source: Blender manual, "Shadow Catcher"; Cycles,
+those that hold out what is behind. What half transparent catchers let pass to a transparent film counts twice, in C and
+in L, as in Cycles, which takes both for what shade does not cover. Source: Blender manual, "Shadow Catcher"; Cycles,
 `kernel/integrator/shadow_catcher.h` and `kernel/film/read.h`, whose approximation for Combined this is. There the world
 is that of the whole pixel, so that outlines of objects before catchers come out darker on an opaque film.
 
@@ -32,7 +33,8 @@ from .wavefront import gather
 class Caught:
     """Where the paths of a chunk were split.
 
-    done (lanes,) bool; parts: (depth, `Paths`, their `Hits`, what `radiance` (channels, n) held of them) each.
+    done (lanes,) bool; parts: (depth, `Paths`, their `Hits`, what `radiance` (channels, n) held of them) each,
+        where the film is seen without the alpha that they carried.
     """
 
     done: np.ndarray
@@ -54,10 +56,11 @@ class Catchers:
     def __init__(self, compiled, settings):
         super().__init__(compiled, settings)
         first = self.channels
-        # Rows: L, M, and the alpha that belongs to M or the world behind.
-        self._alone_rows, self._matte_rows = slice(first, first + 3), slice(first + 3, first + 6)
-        self.behind = 7 if self._sees_film else 9
-        self._last_rows = slice(first + 6, first + self.behind)
+        # Rows: L, with less than nothing for what passes straight to the film; M; its alpha or the world behind.
+        matte, last = (4, 1) if self._sees_film else (3, 3)
+        self._alone_rows, self._matte_rows = slice(first, first + 3), slice(first + matte, first + matte + 3)
+        self.behind = matte + 3 + last
+        self._last_rows = slice(first + matte + 3, first + self.behind)
         self.channels += self.behind
 
     def compose(self, means):
@@ -69,14 +72,15 @@ class Catchers:
         left = left.mean(axis=0).clip(0, 1)
         if not self._sees_film:
             return matte + last * left
-        alpha = last + (means[3:4] - last) * (1 - left)
+        covered = (means[3] + means[self._alone_rows.stop]).clip(0, 1)
+        alpha = last + (1 - last) * covered * (1 - left)
         return np.concatenate((matte, alpha.clip(0, 1)))
 
     def radiance(self, chunk, worker):
         """As of `Wavefront`, with the rows behind the picture."""
         rows = super().radiance(chunk, worker)
         if rows is not None and worker.unseen is not None:
-            rows[self._alone_rows, worker.unseen] = rows[self._matte_rows, worker.unseen] = 0
+            rows[self._alone_rows.start : self._matte_rows.stop, worker.unseen] = 0
             rows[self._last_rows, worker.unseen] = float(self._sees_film)
         return rows
 
@@ -98,7 +102,8 @@ class Catchers:
         for _, paths, _, before in caught.parts:
             self._take_back(paths, before, radiance)
         if self.settings.exposure != 1:
-            radiance[self._alone_rows.start : self._matte_rows.stop] *= self.settings.exposure
+            radiance[self._alone_rows] *= self.settings.exposure
+            radiance[self._matte_rows] *= self.settings.exposure
             if not self._sees_film:
                 radiance[self._last_rows] *= self.settings.exposure
         return radiance
@@ -127,7 +132,10 @@ class Catchers:
         caught.done[where] = True
         own = paths.at(lanes[fresh], arena)
         own.lane = where
-        caught.parts.append((depth, own, gather(hits, met[fresh], arena), radiance[:, where]))
+        before = radiance[:, where]
+        if self._sees_film:  # paths change later
+            before[3] -= 1.0 if own.beta is None else own.beta.mean(axis=0)
+        caught.parts.append((depth, own, gather(hits, met[fresh], arena), before))
 
     def _trace_alone(self, paths, hits, depth, samples, radiance, worker):
         """Follow split paths from `hits` on where catchers are alone; tells whether it came to the end."""
@@ -151,7 +159,7 @@ class Catchers:
         """Let M, its alpha and all passes have what the paths had found `before` they were split."""
         radiance[self._matte_rows, paths.lane] = before[:3]
         if self._sees_film:
-            radiance[self._last_rows, paths.lane] = before[3] - (1.0 if paths.beta is None else paths.beta.mean(axis=0))
+            radiance[self._last_rows, paths.lane] = before[3]
         radiance[self._last_rows.stop :, paths.lane] = before[self._last_rows.stop :]
 
 

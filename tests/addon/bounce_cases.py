@@ -147,8 +147,8 @@ def measure(case):
 CASES = (
     *(Case(f"diffuse bounces: {n}", matte, {"diffuse": n}) for n in (0, 1, 2)),
     *(Case(f"glossy bounces, mirrors: {n}", mirrors, {"glossy": n}) for n in (0, 1, 3)),
-    *(Case(f"transmission bounces, glass ball: {n}", glass, {"transmission": n}, samples=256) for n in (0, 1, 2)),
-    Case("transmission bounces, rough glass: 1", frosted, {"transmission": 1}, samples=256),
+    *(Case(f"transmission bounces, glass ball: {n}", glass, {"transmission": n}, samples=1024) for n in (0, 1, 2)),
+    Case("transmission bounces, rough glass: 1", frosted, {"transmission": 1}, samples=1024),
     *(Case(f"transmission bounces, translucent panes: {n}", translucent, {"transmission": n}) for n in (0, 1)),
     Case("glossy bounces behind transparent panes: 1", clear, {"glossy": 1}),
     *(Case(f"{kind} bounces, Principled: 0", principled, {kind: 0}) for kind in ("diffuse", "glossy", "transmission")),

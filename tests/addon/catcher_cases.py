@@ -78,6 +78,16 @@ def unseen_box_below_area(objects):
     below_area(objects)
 
 
+def half_transparent(what=lambda objects: None):
+    """A floor that lets a fifth of the film be seen, and `what` else."""
+
+    def setup(objects):
+        give(objects["Floor"], "BsdfPrincipled", Roughness=0.4, Alpha=0.8)
+        what(objects)
+
+    return setup
+
+
 def second_catcher(objects):
     """Show the other box, of plain colour."""
     objects["Mirror"].hide_render = False
@@ -118,6 +128,8 @@ CASES = (
             ("and an emitting mesh", True, emitter(1, (1.2, 0, 2.2), 20.0), (), ""),
             ("and an emitting mesh that is one", True, emitter(1, (1.2, 0, 2.2), 20.0), ("Emitter",), ""),
             ("and a lamp that is none", True, made_light, (), ""),
+            ("half transparent", True, half_transparent(), (), "what it lets pass counts twice, as in Cycles"),
+            ("half transparent, of a box that is not seen", True, half_transparent(unseen_box), (), ""),
             ("behind glass", True, shown("Glass"), (), ""),
         )
     ),

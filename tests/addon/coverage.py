@@ -2,7 +2,8 @@
 """The measured rows of docs/coverage.md: every case of every kind beside Cycles.
 
 ``python -m zraka.tests.addon.coverage`` measures all, a quarter of an hour; names of sections (``lights``, ``lamps``,
-``camera``, ``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``) choose some. Rows stand between
+``camera``, ``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``,
+``lenses``, ``large``) choose some. Rows stand between
 ``<!-- section -->`` and ``<!-- /section -->``; what is written around them stays.
 """
 
@@ -22,6 +23,8 @@ from . import (
     catcher_cases,
     geometry_cases,
     lamp_cases,
+    large_cases,
+    lens_cases,
     light_cases,
     motion_cases,
     visibility_cases,
@@ -80,6 +83,15 @@ def of_world(scene, case):
     return percent(world_cases.measure(scene, case)[0]), case.note
 
 
+def of_lens(scene, case):
+    """Of depth of field."""
+    same, mean = lens_cases.measure(scene, case)
+    return (
+        f"{100 * same:.0f}% of blocks within 2% of Cycles; difference of the means {percent(abs(mean - 1))}",
+        case.note,
+    )
+
+
 def of_motion(scene, case):
     """Of what moves."""
     same, _, mean = motion_cases.measure(scene, case)
@@ -88,8 +100,14 @@ def of_motion(scene, case):
     return words, case.note
 
 
+def of_large(scene, case):
+    """Of what is large."""
+    return large_cases.measure(case), case.note
+
+
 SECTIONS = {
     "camera": (camera_cases.CASES, of_camera),
+    "lenses": (lens_cases.CASES, of_lens),
     "lights": (light_cases.CASES, of_light),
     "bounces": (bounce_cases.CASES, of_bounces),
     "lamps": (lamp_cases.CASES, of_lamp),
@@ -97,6 +115,7 @@ SECTIONS = {
     "visibility": (visibility_cases.CASES + catcher_cases.CASES, of_visibility),
     "motion": (motion_cases.CASES, of_motion),
     "geometry": (geometry_cases.CASES, of_geometry),
+    "large": (large_cases.CASES, of_large),
 }
 
 

@@ -40,13 +40,14 @@ class Case:
 
 def told(node, name, scale=1.0, offset=0.0):
     """What an input node says, times and plus a number."""
+    return lambda tree: shifted(tree, output(add(tree, node), name), scale, offset)
 
-    def make(tree):
-        value = add(tree, "VectorMath", {0: output(add(tree, node), name)}, operation="MULTIPLY_ADD")
-        value.inputs[1].default_value, value.inputs[2].default_value = (scale,) * 3, (offset,) * 3
-        return value.outputs[0]
 
-    return make
+def shifted(tree, socket, scale=0.3, offset=0.7):
+    """A socket times and plus a number."""
+    value = add(tree, "VectorMath", {0: socket}, operation="MULTIPLY_ADD")
+    value.inputs[1].default_value, value.inputs[2].default_value = (scale,) * 3, (offset,) * 3
+    return value.outputs[0]
 
 
 def falloff(name, smooth=0.0):
@@ -99,6 +100,16 @@ def noise(tree):
     return output(add(tree, "TexNoise", {"Scale": 3.0}), "Color")
 
 
+def tangent(kind, axis="Z"):
+    """A Tangent node."""
+    return lambda tree: shifted(tree, output(add(tree, "Tangent", direction_type=kind, axis=axis)))
+
+
+def bent(tree):
+    """A Normal Map of a colour."""
+    return shifted(tree, output(add(tree, "NormalMap", {"Color": (0.7, 0.6, 0.9, 1)})))
+
+
 def mixed(tree):
     """Two emissions by the angle of view."""
     share = output(add(tree, "LayerWeight", {"Blend": 0.7}), "Facing")
@@ -122,6 +133,7 @@ def background(tree):
 BALL, CONE = light_cases.BALL, light_cases.BALL | {"spot_size": math.radians(90), "spot_blend": 0.5}
 AREA = {"shape": "RECTANGLE", "size": 0.9, "size_y": 0.6}
 SOFT, ROUND = {"shadow_soft_size": 0.3}, {"shadow_soft_size": 0.3, "use_soft_falloff": False}
+NEWER = "in Blender 4.2 Cycles' is the world's"
 SUN, LENGTH = {"angle": math.radians(20)}, told("LightPath", "Ray Length", 0.5, 0.1)
 
 CASES = (
@@ -160,6 +172,14 @@ CASES = (
       for kind, settings in (("POINT", BALL), ("SPOT", CONE), ("AREA", AREA))),
     Case("area, Ray Depth", "AREA", told("LightPath", "Ray Depth", 0.3), AREA),
     Case("area, Is Diffuse Ray: never", "AREA", told("LightPath", "Is Diffuse Ray", 1.0, 0.5), AREA),
+    *(Case(f"{kind.lower()}, Texture Coordinate {name}", kind, told("TexCoord", name, 0.3, 0.7), settings,
+           note=NEWER if name in ("Generated", "Object", "Camera") else "")
+      for kind, settings in (("POINT", ROUND), ("SPOT", CONE), ("AREA", AREA), ("SUN", SUN))
+      for name in ("Generated", "Object", "Camera", "Normal")),
+    *(Case(f"{kind.lower()}, {item}", kind, make, settings)
+      for kind, settings in (("POINT", ROUND), ("SPOT", CONE), ("AREA", AREA), ("SUN", SUN))
+      for item, make in (("Tangent", tangent("RADIAL", "X")), ("Tangent of a UV map", tangent("UV_MAP")),
+                         ("Normal Map", bent))),
     Case("point, Object Info Random", "POINT", told("ObjectInfo", "Random"), BALL),
     Case("point, Camera Data", "POINT", told("CameraData", "View Vector", 0.3, 0.5), BALL),
     *(Case(f"{name}, image by UV, in a mirror", kind, slide(), settings, offset=0.1, mirror=True)

@@ -17,6 +17,7 @@ import numpy as np
 from zraka.addon.bench.engines import match, operate
 
 from .geometry_scenes import glowing, put, tree_of
+from .nodes.harness import add, output
 
 SIDE = 8
 SAMPLES = 256
@@ -84,8 +85,9 @@ def of_ball(case):
 
 
 def of_sun(case):
-    """Irradiance by a sun: its strength times the cosine, its angle does not matter."""
-    return case.get("energy", 10.0) * math.cos(case.tilt)
+    """Irradiance by a sun: its strength times the cosine; not normalised, that is its disc's radiance."""
+    disc = 1.0 if case.get("normalize", True) else math.pi * math.sin(0.5 * case.get("angle", 0.0)) ** 2
+    return disc * case.get("energy", 10.0) * math.cos(case.tilt)
 
 
 def of_area(case):
@@ -125,14 +127,14 @@ def times(form, *factors):
     return lambda case: form(case) * np.array(factors)
 
 
-def at_temperature(case):
-    """A point of 3000 K: Blender tells the colour."""
-    light = bpy.data.lights["Light"]
-    return of_ball(case) * np.array(light.temperature_color)
+def at_temperature(form):
+    """A closed form at 3000 K: Blender tells the colour."""
+    return lambda case: form(case) * np.array(bpy.data.lights["Light"].temperature_color)
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
 
+WHITE = (1, 1, 1, 1)
 DISTANCES = (0.01, 0.1, 10.0, 1e3, 1e4)
 BALL, SPOT45 = {"shadow_soft_size": 0.0}, {"spot_size": math.radians(90), "spot_blend": 0.5}
 SHAPES = {
@@ -141,6 +143,33 @@ SHAPES = {
     "disk": {"shape": "DISK", "size": 0.8},
     "ellipse": {"shape": "ELLIPSE", "size": 1.2, "size_y": 0.3},
 }
+
+
+def principled(tree, energy):
+    """Emission of a Principled BSDF."""
+    inputs = {"Emission Color": WHITE, "Emission Strength": energy, "Base Color": (0, 0, 0, 1)}
+    return output(add(tree, "BsdfPrincipled", inputs | {"Specular IOR Level": 0.0}))
+
+
+def veiled(tree, energy):
+    """Half of it lets light pass."""
+    mix = add(tree, "MixShader", {"Fac": 0.5})
+    tree.links.new(output(add(tree, "BsdfTransparent", {"Color": WHITE})), mix.inputs[1])
+    tree.links.new(output(add(tree, "Emission", {"Strength": energy})), mix.inputs[2])
+    return output(mix)
+
+
+def one_sided(tree, energy):
+    """The back emits."""
+    strength = add(tree, "Math", {0: output(add(tree, "NewGeometry"), "Backfacing"), 1: energy}, operation="MULTIPLY")
+    return output(add(tree, "Emission", {"Strength": output(strength)}))
+
+
+def by_place(tree, energy):
+    """From nothing on one side to twice the energy on the other."""
+    place = add(tree, "SeparateXYZ", {0: output(add(tree, "TexCoord"), "Generated")})
+    strength = add(tree, "Math", {0: output(place, "X"), 1: 2 * energy}, operation="MULTIPLY")
+    return output(add(tree, "Emission", {"Strength": output(strength)}))
 
 
 def far(height):
@@ -154,9 +183,9 @@ CASES = (
     *(Case(f"point at {h:g} m", "POINT", of_ball, BALL | far(h), h, 0.3) for h in DISTANCES),
     *(Case(f"point of radius {r:g}", "POINT", of_ball, {"shadow_soft_size": r}, offset=0.3) for r in (1e-4, 0.01, 0.3)),
     Case("point, a ball of radius 0.3", "POINT", of_ball, {"shadow_soft_size": 0.3, "use_soft_falloff": False}),
-    Case("point, exposure", "POINT", times(of_ball, *[2**1.5] * 3), BALL | {"exposure": 1.5}, since=(4, 5)),
-    Case("point, temperature", "POINT", at_temperature, BALL | {"use_temperature": True, "temperature": 3000.0},
-         since=(4, 5)),
+    Case("point, exposure", "POINT", times(of_ball, 2**1.5), BALL | {"exposure": 1.5}, since=(4, 5)),
+    Case("point, temperature", "POINT", at_temperature(of_ball),
+         BALL | {"use_temperature": True, "temperature": 3000.0}, since=(4, 5)),
     Case("point, not normalised", "POINT", of_ball, BALL | {"normalize": False}, since=(4, 5)),
     Case("point of radius 0.3, not normalised", "POINT", of_ball, {"shadow_soft_size": 0.3, "normalize": False},
          since=(4, 5)),
@@ -179,6 +208,17 @@ CASES = (
       for name, s in SHAPES.items()),
     Case("area, not normalised", "AREA", of_area, SHAPES["rectangle"] | {"normalize": False}, since=(4, 5)),
     *(Case(f"area at {h:g} m", "AREA", of_area, SHAPES["square"] | far(h), h, 0.3) for h in DISTANCES),
+    *(Case(f"{kind.lower()}, {item}", kind, change(form), more | settings, offset=0.3, since=since)
+      for kind, form, more in (("SPOT", of_ball, BALL | SPOT45), ("AREA", of_area, SHAPES["square"]),
+                               ("SUN", of_sun, {"angle": math.radians(5)}))
+      for item, change, settings, since in (
+          ("coloured", lambda form: times(form, 1, 0.5, 0.1), {"color": (1, 0.5, 0.1)}, (4, 2)),
+          ("exposure", lambda form: times(form, 2**1.5), {"exposure": 1.5}, (4, 5)),
+          ("temperature", at_temperature, {"use_temperature": True, "temperature": 3000.0}, (4, 5)))),
+    Case("sun, not normalised", "SUN", of_sun, {"angle": math.radians(20), "normalize": False}, since=(4, 5)),
+    *(Case(f"emissive mesh, {item}", "MESH", times(of_mesh, share), {"size": 0.8, "shader": shader, "samples": 4096})
+      for item, shader, share in (("Principled", principled, 1), ("Mix with Transparent", veiled, 0.5),
+                                  ("one side", one_sided, 1), ("a colour that changes", by_place, 1))),
     Case("emissive mesh", "MESH", of_mesh, {"size": 0.8}, offset=0.3),
     Case("emissive mesh of 1 mm", "MESH", of_mesh, {"size": 1e-3, "energy": 1e6}, offset=0.3),
     *(Case(f"emissive mesh at {h:g} m", "MESH", of_mesh, {"size": 0.5 * h}, h, 0.3) for h in DISTANCES),
@@ -215,7 +255,12 @@ def lamp(scene, case):
 def emitter(scene, case):
     """A square that glows."""
     bpy.ops.mesh.primitive_plane_add(size=case.get("size", 0.25), location=(0, 0, case.height))
-    bpy.context.object.data.materials.append(glowing((case.get("energy", 10.0),) * 3))
+    shader, energy = case.get("shader", None), case.get("energy", 10.0)
+    material = glowing((energy,) * 3) if shader is None else bpy.data.materials.new("Shader")
+    if shader is not None:
+        tree = tree_of(material)
+        tree.links.new(shader(tree, energy), add(tree, "OutputMaterial").inputs["Surface"])
+    bpy.context.object.data.materials.append(material)
 
 
 def build(scene, case):
@@ -235,7 +280,7 @@ def build(scene, case):
     render = scene.render
     render.resolution_x = render.resolution_y = SIDE
     render.threads_mode, render.threads = "FIXED", 1
-    scene.zraka.samples, scene.zraka.depth = SAMPLES, 1
+    scene.zraka.samples, scene.zraka.depth = case.get("samples", SAMPLES), 1
 
 
 def measure(scene, case):

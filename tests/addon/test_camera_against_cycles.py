@@ -3,18 +3,20 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 import bpy
 import numpy as np
 import pytest
 
-from zraka.addon.bench.engines import match, operate, picture
+from zraka.addon.bench.engines import match, operate
 from zraka.core.report.error import agreement
 from zraka.core.sampling.pixel_filter import filter_profile
 
-from .camera_cases import CENTRED, FILTERED, TOLERANCE, choose, pictures, shine
+from . import lens_cases
+from .camera_cases import CENTRED, FILTERED, KINDS, TOLERANCE, choose, pictures, shine
 from .camera_cases import room as build_room
+from .lens_cases import Case, renders, set_lens, squares
 
 
 @pytest.fixture
@@ -55,6 +57,17 @@ def test_filtered_positions(blender_scene, case):
     assert np.abs(ours - theirs).mean() < 0.01 < np.abs(np.roll(ours, 1, axis=1) - theirs).mean()
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_window_coordinates(room, kind):
+    choose(room.camera.data, kind)
+    tree = bpy.context.object.data.materials[0].node_tree
+    mapping = next(node for node in tree.nodes if node.type == "MAPPING")
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Window"], mapping.inputs["Vector"])
+    ours, theirs = (operate(room, engine)[0] for engine in ("ZRAKA", "CYCLES"))
+    assert theirs[32].std() > 0.1
+    assert (np.abs(ours - theirs).max(axis=-1) <= TOLERANCE).mean() >= 0.999
+
+
 def test_beside_a_round_picture_is_black_and_opaque(room):
     if room.world.node_tree is None:
         room.world.use_nodes = True
@@ -69,55 +82,28 @@ def test_beside_a_round_picture_is_black_and_opaque(room):
 
 # -- depth of field ----------------------------------------------------------------------------------------------------
 
-LENSES = {  # kind, blades, rotation, ratio, f-stop
-    "pentagon": ("PERSP", 5, 0.3, 1.0, 0.1),
-    "narrow disk": ("PERSP", 0, 0.0, 1.7, 0.1),
-    "orthographic": ("ORTHO", 6, 0.2, 1.0, 1.0),
-    "equirectangular": ("EQUIRECTANGULAR", 5, 0.3, 1.3, 0.1),
-    "mirror ball": ("MIRRORBALL", 3, 0.3, 1.3, 0.1),
-    "fisheye": ("FISHEYE_EQUISOLID", 5, 0.4, 1.0, 0.1),
-}
-
 
 @pytest.fixture
-def lights(scene):
+def lights(blender_scene):
     """Bright little squares before, in and behind the focus at 3 m."""
-    scene.camera.location, scene.camera.rotation_euler = (0, 0, 0), (math.pi / 2, 0, 0)
-    scene.world = bpy.data.worlds.new("World")
-    for x, y, z in ((-0.6, 6, 0.4), (0, 3, 0), (0.5, 6, 0.4), (0.2, 2, -0.15), (-0.6, 6, -0.4)):
-        bpy.ops.mesh.primitive_plane_add(size=0.06 * y, location=(x, y, z), rotation=(math.pi / 2, 0, 0))
-        shine(bpy.context.object, 5.0)
-    scene.render.resolution_x, scene.render.resolution_y = 64, 48
-    return scene
+    squares(blender_scene)
+    return blender_scene
 
 
-def set_lens(data, kind, blades, rotation, ratio, fstop):
-    choose(data, kind)
-    data.lens, data.clip_start, data.clip_end, data.fisheye_lens, data.ortho_scale = 100, 0.5, 50, 100, 3
-    data.longitude_min, data.longitude_max, data.latitude_min, data.latitude_max = -0.25, 0.25, -0.2, 0.2
-    dof = data.dof
-    dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, 3.0, fstop
-    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = blades, rotation, ratio
-
-
-def renders(scene, engine, samples=512):
-    return np.stack([picture(scene, engine, samples, seed) for seed in (1, 2)])
-
-
-@pytest.mark.parametrize("name", LENSES)
-def test_depth_of_field(lights, name):
-    set_lens(lights.camera.data, *LENSES[name])
-    ours, theirs = renders(lights, "ZRAKA"), renders(lights, "CYCLES")
-    assert agreement(ours, theirs) >= 0.97
-    assert abs(ours.mean() / theirs.mean() - 1) < 0.02
+@pytest.mark.parametrize("case", lens_cases.CASES, ids=lambda case: case.item)
+def test_depth_of_field(blender_scene, case):
+    same, ratio = lens_cases.measure(blender_scene, case)
+    assert same >= 0.97
+    assert abs(ratio - 1) < 0.02
 
 
 def test_another_lens_is_told_apart(lights):
-    set_lens(lights.camera.data, *LENSES["pentagon"])
-    right = renders(lights, "ZRAKA")
-    for wrong in (("PERSP", 5, 0.3, 1.0, 0.12), ("PERSP", 5, 0.9, 1.0, 0.1), ("PERSP", 5, 0.3, 1.2, 0.1)):
-        set_lens(lights.camera.data, *wrong)
-        assert agreement(renders(lights, "ZRAKA"), right) < 0.97
+    right = Case("", blades=5, rotation=0.3)
+    set_lens(lights, right)
+    wanted = renders(lights, "ZRAKA")
+    for wrong in ({"fstop": 0.12}, {"rotation": 0.9}, {"ratio": 1.2}):
+        set_lens(lights, replace(right, **wrong))
+        assert agreement(renders(lights, "ZRAKA"), wanted) < 0.97
 
 
 def test_everything_is_in_focus_in_the_classic_methods(lights):

@@ -12,7 +12,7 @@ from zraka.core.arena import Arena
 from zraka.core.camera import CameraRays
 from zraka.core.camera_description import PANORAMAS, Camera, Panorama, ThinLens
 from zraka.core.camera_lens import aperture_points
-from zraka.core.camera_panorama import DIRECTIONS, ROUND
+from zraka.core.camera_panorama import DIRECTIONS, PLACES, ROUND
 
 N = 20000
 TRANSFORM = np.array([(0, 0, -1, 2), (-1, 0, 0, 3), (0, 1, 0, 4), (0, 0, 0, 1)], float)  # looks along +X, up is +Z
@@ -130,6 +130,18 @@ def test_the_middle_of_a_panorama_is_ahead(kind):
     *direction, seen = DIRECTIONS[kind](Panorama(kind), half, half)
     np.testing.assert_allclose(np.concatenate(direction), (0, 0, 1), atol=1e-6)
     assert seen is None or seen.all()
+
+
+@pytest.mark.parametrize("kind", PANORAMAS)
+def test_directions_lead_back_to_their_places(kind):
+    polynomial = (0, -0.1, 0, 1e-5, 0)
+    panorama = Panorama(kind, (-2, 1.5), (-1, 0.5), (-0.5, 2), polynomial=polynomial, sensor=(30, 20))
+    u = numbers(rows=2)
+    *direction, seen = DIRECTIONS[kind](panorama, *u)
+    places = np.stack(PLACES[kind](panorama, *(3 * np.stack(direction))))  # of any length
+    good = np.abs(places - u).max(axis=0) < 1e-4
+    assert good[slice(None) if seen is None else seen].mean() > (0.999 if kind == "MIRRORBALL" else 0.99999)
+    assert np.isfinite(np.stack(PLACES[kind](panorama, *np.zeros((3, 1), np.float32)))).all()
 
 
 def test_equirectangular_limits():
