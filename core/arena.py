@@ -8,11 +8,14 @@ uninitialised memory is made.
 from __future__ import annotations
 
 import math
+import mmap
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
 
 _ALIGN = 64
+_LARGE = 1 << 22  # bytes; less is not worth a mapping of its own
 
 
 class Arena:
@@ -97,6 +100,25 @@ class _Frame:
 def uninitialised(shape, dtype=np.float32):
     """An array of its own, for large tables that are written whole; unlike zeros, numpy asks huge pages for it."""
     return np.empty(shape, dtype)
+
+
+def zeros_on_demand(shape, dtype):
+    """Zeros that take memory, by huge pages where the system has them, and time only where they are touched.
+
+    `numpy.zeros` would get small pages, and what is filled is touched.
+    """
+    nbytes = math.prod(shape) * _itemsize(dtype)
+    if nbytes < _LARGE:
+        return np.zeros(shape, dtype)
+    private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
+    try:
+        memory = mmap.mmap(-1, nbytes, **private)
+    except OSError as error:
+        raise MemoryError(f"{nbytes >> 20} MB are not there") from error
+    if hasattr(mmap, "MADV_HUGEPAGE"):
+        with suppress(OSError):
+            memory.madvise(mmap.MADV_HUGEPAGE)
+    return np.frombuffer(memory, dtype).reshape(shape)
 
 
 @cache

@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where samples are summed: the mean picture and how large its error is.
 
-Sums are float64: a million samples of one value keep their mean. Beside them stand the means at the last three powers
-of two of samples, from which the error is told (`core.estimate`). All stand in the order in which pixels are traced, so
+Sums are float64: a million samples of one value keep their mean. Beside them stand the means at the last powers of two
+of samples, from which the error is told (`core.estimate`). All stand in the order in which pixels are traced, so
 that a task adds to one piece of memory.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
 
 from . import estimate
-from .arena import uninitialised
+from .arena import zeros_on_demand
 from .neighbours import box
 from .report.error import weights
 from .sampling.color import luminance
@@ -68,21 +69,27 @@ class Film:
         self.samples = 0
         self._lock = Lock()
         total = height * width
-        # Where each pixel of the region stands in the order of tracing.
-        self._order = np.arange(total, dtype=np.int32)
-        if places is not None:
-            self._order[places] = np.arange(total, dtype=np.int32)
+        self._places = places
         self._channels = 4 if alpha else 3
         self._behind, self._compose = behind, compose
-        self._sums = _zeros((self._channels + behind + extra, total), np.float64)
-        # The mean colour of the first n/2, n/4 and n/8 samples, n the power of two that a pixel fills.
-        self._marks = _zeros((3, 3, total), np.float32)
-        self._counts = _zeros((total,), np.int32)
+        self._sums = zeros_on_demand((self._channels + behind + extra, total), np.float64)
+        # The mean colour of the first n/2 and n/4 samples, n the power of two that a pixel fills; that of the first n/8
+        # only of the pixels by which the error is judged: of others nobody asks for it.
+        self._marks = zeros_on_demand((2, 3, total), np.float32)
+        self._counts = zeros_on_demand((total,), np.int32)
         self._ratio = None  # of `estimate.ratio_of`, once it was seen
-        self._judged = None  # of `_spread`, once the error was asked for
         self.nonfinite = 0
         self.history = []
         self.stats = {}
+
+    @cached_property
+    def _order(self):
+        """Where each pixel of the region stands in the order of tracing, found while that goes on."""
+        order = np.arange(self.height * self.width, dtype=np.int32)
+        if self._places is not None:
+            for part in _parts(order.size):  # numpy copies the index, at twice its size
+                order[self._places[part]] = np.arange(part.start, part.stop, dtype=np.int32)
+        return order
 
     def add(self, where, radiance, samples):
         """Add samples of pixels, in the order of their numbers.
@@ -111,18 +118,47 @@ class Film:
                 own = self._sums[channel][where]
                 for k, block in enumerate(np.split(rows, len(samples))):
                     if k in marked and channel < 3:
-                        self._mark(channel, where, own / marked[k])
+                        self._mark(channel, where, marked[k], own / marked[k])
                     own += block
                 if not isinstance(where, slice):  # of a slice, `own` is a view
                     self._sums[channel][where] = own
             self._counts[where] += len(samples)
         return bad.size
 
-    def _mark(self, channel, where, mean):
-        half, quarter, eighth = self._marks[:, channel]
-        eighth[where] = quarter[where]
-        quarter[where] = half[where]
+    def _mark(self, channel, where, number, mean):
+        half, quarter = self._marks[:, channel]
+        if number >= 4:  # before, there is nothing to move
+            rows, judged = self._judged_among(where)
+            self._eighths[channel, rows] = quarter[judged]
+        if number >= 2:
+            quarter[where] = half[where]
         half[where] = mean
+
+    @cached_property
+    def _blocks(self):
+        """Pixels that tell the error, as of `_spread`, by their numbers in the order of tracing."""
+        return _spread(self._order.reshape(self.height, self.width))
+
+    @cached_property
+    def _judged(self):
+        """The same, each once and ascending; None for all pixels."""
+        return None if self._blocks.size == self._order.size else np.unique(self._blocks)
+
+    @cached_property
+    def _eighths(self):
+        return np.zeros((3, self._order.size if self._judged is None else self._judged.size), np.float32)
+
+    def _judged_among(self, where):
+        """Which of the pixels `where` tell the error: (their places among all that do, themselves)."""
+        judged = self._judged
+        if judged is None:
+            return where, where
+        if isinstance(where, slice):
+            rows = slice(*np.searchsorted(judged, (where.start, where.stop)))
+            return rows, judged[rows]
+        rows = np.minimum(np.searchsorted(judged, where), judged.size - 1)
+        known = judged[rows] == where
+        return rows[known], where[known]
 
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
@@ -163,10 +199,8 @@ class Film:
         with self._lock:
             if self._counts.min() < 2:
                 return math.inf
-        if self._judged is None:
-            self._judged = _spread(self._order.reshape(self.height, self.width))
-        picture, gains, counts = self._gains(_colour, self._judged.ravel())
-        shape = self._judged.shape
+        picture, gains, counts = self._gains(_colour, self._blocks.ravel())
+        shape = self._blocks.shape
         weight = estimate.noisy_weights(picture.reshape(3, *shape), gains[0].reshape(shape), self._mean_square())
         self._see_ratio(gains, weight, counts)
         return estimate.relative_error(gains[0] * self._remaining(counts), weight)
@@ -215,11 +249,11 @@ class Film:
             self.error()
         out = np.zeros(pixels.size)
         for part in _parts(pixels.size):
-            _, gains, counts = self._gains(_luminance, pixels[part])
+            _, gains, counts = self._gains(_luminance, pixels[part], oldest=False)
             out[part] = np.where(counts < 2, np.inf, gains[0] * self._remaining(counts))
         return out
 
-    def _gains(self, squares, pixels):
+    def _gains(self, squares, pixels, oldest=True):
         """What the last doublings of the samples of `pixels` (P,) gained, by one sample each.
 
         Parameters
@@ -228,6 +262,8 @@ class Film:
             From a difference of colours (3, P) to its square (P,).
         pixels : (P,) int
             By their numbers in the order of tracing.
+        oldest : bool
+            Whether the oldest gain is asked for, which is known of pixels by which the error is judged; else it is 0.
 
         Returns
         -------
@@ -239,7 +275,8 @@ class Film:
         with self._lock:  # `take` is three times as fast as an index
             counts = self._counts.take(pixels)
             picture = self._sums[:3].take(pixels, axis=1)
-            half, quarter, eighth = self._marks.take(pixels, axis=2)
+            half, quarter = self._marks.take(pixels, axis=2)
+            eighth = self._eighths.take(self._judged_among(pixels)[0], axis=1) if oldest else quarter
         picture /= np.maximum(counts, 1)
         gains = np.zeros((4, pixels.size))
         for gain, first, second in zip(gains, (half, quarter, eighth), (picture, half, quarter), strict=False):
@@ -277,13 +314,6 @@ def _standard_error(variance):
     known = np.isfinite(variance)
     total = box(np.where(known, variance, 0), _REACH) / np.maximum(box(known.astype(np.float64), _REACH), 1)
     return np.where(known, np.sqrt(total), np.inf)
-
-
-def _zeros(shape, dtype):
-    """Written at once, for which numpy asks huge pages; `numpy.zeros` would get small ones as it is filled."""
-    out = uninitialised(shape, dtype)
-    out.fill(0)
-    return out
 
 
 def _spread(pixels):

@@ -27,6 +27,9 @@ _STRAND_SLACK = 32 * UNIT_ROUNDOFF
 SHADOW_EPSILON = 1e-4
 SHORTEST = 1e-30  # no shadow ray is shorter: its direction is a quotient by the length
 
+# So many triangles are read from columns, which then stay in the cache; the rows of more cost a cache line a hit.
+_FEW_TRIANGLES = 4096
+
 
 class Interaction(NamedTuple):
     """A surface seen by a ray.
@@ -51,7 +54,10 @@ def make_interact(geometry):
     """
     counts = geometry.triangle_count, geometry.sphere_count, geometry.segment_count, geometry.plane_count
     first = np.cumsum([0, *counts]).tolist()
-    functions = _on_triangles, _on_spheres, _on_strands, _on_planes
+    on_triangles = _on_triangles_by_row
+    if geometry.triangle_count <= _FEW_TRIANGLES:
+        on_triangles = partial(_on_triangles, np.ascontiguousarray(geometry.facets.T))
+    functions = on_triangles, _on_spheres, _on_strands, _on_planes
     kinds = [
         (begin, end, partial(function, geometry))
         for function, begin, end in zip(functions, first, first[1:], strict=False)
@@ -143,20 +149,48 @@ def corner_values_at(table, prim, u, v, arena):
 # -- one kind of primitive each ----------------------------------------------------------------------------------------
 
 
-def _on_triangles(geometry, hits, o, d, arena):
-    count = hits.prim.size
-    p, ng, offset, front = _results(count, arena)
-    smooth = len(geometry.normals) > 0
-    ns = arena.empty((3, count)) if smooth else ng
+def _on_triangles_by_row(geometry, hits, o, d, arena):
+    p, ng, offset, front = _results(hits.prim.size, arena)
+    ns = arena.empty(ng.shape) if len(geometry.normals) else ng
     with arena.frame():
         facets = _rows(geometry.facets, hits.prim, arena)
         _interpolate([facets[:, k] for k in CORNERS], hits.u, hits.v, p, arena)
         np.copyto(offset, facets[:, OFFSET])
-        side = _turn(facets[:, NORMAL].T, d, ng, front, arena)
-        if smooth:
+        np.copyto(ng, facets[:, NORMAL].T)  # dense from here on
+        side = _turn(ng, d, ng, front, arena)
+        if ns is not ng:
             np.copyto(ns, ng)
             _smooth(geometry.normals, facets.view(np.int32)[:, NORMAL_ROW], hits, side, ns, arena)
     return Interaction(p, ng, ns, front, offset, hits.prim)
+
+
+def _on_triangles(columns, geometry, hits, o, d, arena):
+    """The same from `columns`, the facets' (16, T), one after the other."""
+    count = hits.prim.size
+    p, ng, offset, front = _results(count, arena)
+    ns = arena.empty(ng.shape) if len(geometry.normals) else ng
+    with arena.frame():
+        number, w, t = arena.empty(count, np.intp), arena.empty(count), arena.empty(count)
+        np.copyto(number, hits.prim)  # numpy copies other indices at each call
+        np.subtract(1.0, hits.u, out=w)
+        np.subtract(w, hits.v, out=w)
+        for i, out in enumerate(p):
+            np.multiply(_column(columns[i], number, t), w, out=out)
+            for corner, weight in zip(CORNERS[1:], (hits.u, hits.v), strict=True):
+                np.multiply(_column(columns[corner.start + i], number, t), weight, out=t)
+                np.add(out, t, out=out)
+        for i, out in enumerate(ng):
+            _column(columns[NORMAL.start + i], number, out)
+        _column(columns[OFFSET], number, offset)
+        side = _turn(ng, d, ng, front, arena)
+        if ns is not ng:
+            np.copyto(ns, ng)
+            _smooth(geometry.normals, arena.take(columns[NORMAL_ROW].view(np.int32), number), hits, side, ns, arena)
+    return Interaction(p, ng, ns, front, offset, hits.prim)
+
+
+def _column(values, index, out):
+    return np.take(values, index, out=out, mode="wrap")  # as fast as can be; nothing wraps
 
 
 def _smooth(normals, row, hits, side, ns, arena):
@@ -295,12 +329,11 @@ def _interpolate(corners, u, v, out, arena):
 def _turn(n, d, ng, front, arena):
     """Write `n` turned to the viewer and whether it was there before; +1 or -1 (N,) by which it was multiplied."""
     side = arena.empty(front.size)
-    np.copyto(ng, n)  # dense from here on
-    dot(ng, d, arena, out=side)
+    dot(n, d, arena, out=side)
     np.negative(side, out=side)
     np.copysign(1.0, side, out=side)
     np.greater(side, 0.0, out=front)
-    np.multiply(ng, side, out=ng)
+    np.multiply(n, side, out=ng)
     return side
 
 

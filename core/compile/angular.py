@@ -165,7 +165,7 @@ def tabulate(closure, lobes, properties, inputs, color=None):
 
 
 def _tabulated(closure, lobes, properties, given, color, count):
-    context = _view_context(count)
+    context = view_context(count)
     if color is None:
         return AngularTables(
             [_entry(e, None, context, count) for e in closure.build(context, given, lobes, properties)], None
@@ -183,7 +183,7 @@ def _tabulated(closure, lobes, properties, given, color, count):
     return AngularTables(entries, color)
 
 
-def _view_context(count):
+def view_context(count):
     """Lanes for every material, side and cosine, in this order."""
     mu = np.tile(np.linspace(0.0, 1.0, _STEPS + 1, dtype=np.float32), _SIDES * count)
     n = np.zeros((3, mu.size), np.float32)
@@ -194,7 +194,7 @@ def _view_context(count):
 
 
 def _spread(values, count):
-    """Inputs (·, M) over the lanes of `_view_context`; a single material's stay (·, 1)."""
+    """Inputs (·, M) over the lanes of `view_context`; a single material's stay (·, 1)."""
     return values if count == 1 else np.repeat(values, _SIDES * (_STEPS + 1), axis=-1)
 
 

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from ..arena import Arena
-from ..bsdf import toon
+from ..bsdf import diffuse, toon
 from ..bsdf.base import Lobe
 from ..bsdf.bumped import SMOOTH, bumped
 from ..bsdf.mixture import Mixture
@@ -78,6 +78,19 @@ class Program:
             if self._tables[number] is not None:
                 wanted -= {(number, name) for name in known}
         self._wanted = wanted
+
+    def follows_angle(self, smooth):
+        """Whether its lobes follow from the material, the angle and the side of view; `smooth`: on smooth normals."""
+        if not self.scatter.is_constant or not (self.transparency is None or self.transparency.is_constant):
+            return False
+        if any(name in ("normal", "base_normal") for _, name in self.scatter.results):
+            return False
+        for (_, lobes, _), table in zip(self.closures, self._tables, strict=True):
+            if table is None and any(lobe is not diffuse for lobe in lobes.values()):
+                return False
+            if smooth and any(map(_is_lifted, lobes.values())):
+                return False
+        return True
 
     def lobes_over(self, context, constants):
         """[(lobe, weight, params, n)] of the lanes, in the order of `mixture.lobes`."""

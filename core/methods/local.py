@@ -19,6 +19,7 @@ from ..compile.features import Feature
 from ..interaction import spawn, spawn_to
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..vecmath import dot, reflect
+from .phong_table import phong_table
 from .wavefront import Wavefront, any_channel, gather, slices, surface_context
 
 _INV_PI = 1 / np.pi
@@ -64,6 +65,10 @@ class LocalModel(Wavefront):
     shadows = True
     chunk = 98304  # fewer arrays are alive than in path tracing; these stay in the cache
 
+    def __init__(self, compiled, settings):
+        super().__init__(compiled, settings)
+        self._table = phong_table(compiled)
+
     @property
     def levels(self):
         """Hits in a row that are shaded."""
@@ -85,6 +90,12 @@ class LocalModel(Wavefront):
             if rays is None:
                 break
         return radiance
+
+    def camera_lanes(self, chunk, worker, arena):
+        """Where there are first samples alone, nothing is drawn by chance, and they have no keys."""
+        if chunk.samples != (0,) or len(self.scene.camera.dimensions) > 2:
+            return super().camera_lanes(chunk, worker, arena)
+        return None, None, *self.camera_rays(chunk.pixels, arena.full((2, 1), 0.5), worker, arena)
 
     def place_samples(self, jitter, chunk):
         """The first sample is in the pixel's centre, as in the thesis; further ones smooth the edges."""
@@ -162,6 +173,9 @@ class LocalModel(Wavefront):
 
     def _parameters(self, surface, groups, ray, goes_on, arena):
         """Phong parameters of every group of lanes, side by side."""
+        if self._table is not None:
+            material = arena.take(self.scene.geometry.material, surface.prim)
+            return self._overridden(self._table.at(material, goes_on, arena), surface)
         parts = [
             self._group_parameters(n, slices(surface, a, b), ray.at(slice(a, b)), goes_on, arena) for n, a, b in groups
         ]
@@ -208,7 +222,7 @@ class LocalModel(Wavefront):
         ambient = self.settings.ambient
         if ambient is None:
             ambient = self.scene.lights.classic.ambient_radiance.reshape(3, 1)
-        light = np.multiply(phong.diffuse, ambient, out=arena.empty(phong.diffuse.shape))
+        light = np.multiply(phong.diffuse, ambient, out=arena.empty(surface.p.shape))
         mirror = reflect(surface.wo, surface.ns, arena)
         ray = SHADOW_RAY._replace(depth=level + 1, length=0.0) if Feature.LIGHT_PATH in self.features else SHADOW_RAY
         lights = self.scene.lights.classic

@@ -153,15 +153,19 @@ class Wavefront:
         pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
         slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
         keys = self.scene.sampler.keys(pixels, arena)
-        camera = self.scene.camera
-        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), camera.dimensions, keys, slots, chunk.samples, arena)
+        dimensions = self.scene.camera.dimensions
+        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), dimensions, keys, slots, chunk.samples, arena)
         self.place_samples(jitter, chunk)
+        return keys, slots, *self.camera_rays(pixels, jitter, worker, arena)
+
+    def camera_rays(self, pixels, jitter, worker, arena):
+        """Rays (o, d, tmax) through `pixels` (N,), at even numbers `jitter` (2 or 4, N) in them; (2, 1) is for all."""
         if self._filter is not None:
             self._filter.place(jitter[:2], arena)
-        o, d, tmax = camera.rays(pixels, jitter, arena)
-        worker.unseen = np.flatnonzero(tmax <= 0) if camera.is_round else None
+        o, d, tmax = self.scene.camera.rays(pixels, jitter, arena)
+        worker.unseen = np.flatnonzero(tmax <= 0) if self.scene.camera.is_round else None
         worker.rays["camera"] += pixels.size
-        return keys, slots, o, d, tmax
+        return o, d, tmax
 
     def place_samples(self, jitter, chunk):
         """Where in their pixels, and in the lens, (2 or 4, N) the samples fall; the default leaves them at random."""

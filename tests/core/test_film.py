@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from zraka.core import estimate
+from zraka.core.arena import zeros_on_demand
 from zraka.core.film import INTERVAL_95, Film, _spread
 from zraka.core.report.error import FLOOR, relative_rmse, weights
 from zraka.core.sampling.sampler import reverse_int
@@ -18,6 +19,31 @@ def filled(noise, samples, seed=0, size=64):
     for sample in range(samples):
         film.add(pixels, (1 + noise * rng.standard_normal((3, pixels.size))).astype(np.float32), (sample,))
     return film
+
+
+@pytest.mark.parametrize("by_slices", [True, False])
+def test_the_oldest_mark_is_kept_where_the_error_is_judged(by_slices):
+    width, height, rng = 512, 300, np.random.default_rng(4)
+    total = width * height
+    film, samples = Film(width, height, places=rng.permutation(total)), rng.random((9, 3, total), np.float32)
+    for number, colour in enumerate(samples):
+        for start in range(0, total, 50_001):
+            where = slice(start, min(start + 50_001, total))
+            pixels = where if by_slices else np.arange(where.start, where.stop)
+            film.add(pixels, colour[:, where].copy(), (number,))
+    judged = np.unique(film._blocks)
+    assert film._eighths.shape == (3, judged.size) != (3, total)
+    np.testing.assert_allclose(film._eighths, samples[:2].mean(axis=0)[:, judged], rtol=1e-6)
+    np.testing.assert_allclose(film._marks[1], samples[:4].mean(axis=0), rtol=1e-6)
+    assert np.isfinite(film.error()) and np.isfinite(film.variance()).all()
+
+
+@pytest.mark.parametrize("count", [10, 1 << 21])
+def test_memory_on_demand_is_zero_and_can_be_written(count):
+    zeros = zeros_on_demand((2, count), np.float64)
+    assert zeros.flags.writeable and zeros.flags.c_contiguous and not zeros[:, ::997].any()
+    zeros[1] += 1
+    assert (zeros.sum(axis=1) == (0, count)).all()
 
 
 def test_a_million_equal_samples_keep_their_mean():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from zraka.core import interaction
 from zraka.core.accel import Accel, Hits
 from zraka.core.arena import Arena
 from zraka.core.geometry import NORMAL, NORMAL_ROW, OFFSET, Geometry
@@ -267,6 +268,23 @@ def test_each_kind_among_others_is_as_alone():
     np.testing.assert_array_equal(s.offset[kinds == 0], whole.facets[hits.prim[kinds == 0], OFFSET])
     smooth = replace(whole, normals=np.ones((1, 9), np.float32))
     np.testing.assert_array_equal(make_interact(smooth)(hits, o, d, arena).ns, s.ng)
+
+
+def test_few_and_many_triangles_give_the_same_bits(monkeypatch):
+    """Few are read column by column, many row by row."""
+    rng, arena = np.random.default_rng(8), Arena()
+    flat = Geometry.from_arrays(triangles=rng.normal(size=(50, 3, 3)))
+    facets = flat.facets.copy()
+    facets.view(np.int32)[::2, NORMAL_ROW] = np.arange(25)
+    smooth = replace(flat, facets=facets, normals=np.float32(rng.normal(size=(25, 9))))
+    for geometry in (flat, smooth):
+        few = seen_from_outside(np.random.default_rng(9), geometry, arena)
+        with monkeypatch.context() as patch:
+            patch.setattr(interaction, "_FEW_TRIANGLES", 0)
+            many = seen_from_outside(np.random.default_rng(9), geometry, arena)
+        for one, other in zip(few, many, strict=True):
+            np.testing.assert_array_equal(one, other)
+        assert (few.ns is few.ng) == (geometry is flat)
 
 
 def test_no_lanes():

@@ -12,6 +12,9 @@ import pytest
 from zraka.core.compile import compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.diagnostics import Diagnostics
+from zraka.core.methods import local
+from zraka.core.methods.phong_table import phong_table
+from zraka.core.methods.wavefront import Wavefront
 from zraka.core.render import passes, render, step_towards
 from zraka.core.scene import AreaLight, Material, PointLight, Spheres
 from zraka.core.settings import METHODS, Settings
@@ -126,6 +129,42 @@ def test_classic_first_sample_is_in_the_pixels_centre():
     view = camera((0, 0, 2), (0, 0, 0), fov=0.5)
     value = film_of(scene(view, placed(quad(1), Material.emission())), 1, 33, method="raycast").image()[..., 0]
     assert set(np.unique(value)) == {0.0, 1.0} and value.mean() == pytest.approx((17 / 33) ** 2)
+
+
+def glossy_boxes(*more):
+    """Materials that look the same from everywhere, and `more`."""
+    materials = (Material.diffuse((0.8, 0.3, 0.1)), Material.glossy((0.9, 0.5, 0.4), 0.4), Material.diffuse(0.2), *more)
+    things = [placed(box(0.5, (k - 1, 0, -0.2 * k)), material) for k, material in enumerate(materials)]
+    lamp = PointLight((0.5, -2, 2), (500, 400, 300), 0.0)
+    return scene(camera((0, -4, 0.5), (0, 0, 0), fov=0.6), *things, lights=(lamp,), world=0.3)
+
+
+@pytest.mark.parametrize("method", ["phong", "raycast", "raytrace"])
+@pytest.mark.parametrize("override", [{}, {"exponent": 20.0, "reflectivity": 0.3, "transparency": 0.2, "ior": 1.4}])
+def test_tabulated_materials_give_the_bits_of_computed_ones(method, override, monkeypatch):
+    settings = Settings(method=method, width=48, height=48, samples=2, depth=3, threads=1, **override)
+    compiled = compile_scene(glossy_boxes(), settings, Diagnostics())
+    assert phong_table(compiled) is not None
+    tabulated = render(compiled, settings).image()
+    assert tabulated[..., :3].std() > 0.02
+    monkeypatch.setattr(local, "phong_table", lambda compiled: None)
+    np.testing.assert_array_equal(tabulated, render(compiled, settings).image())
+
+
+@pytest.mark.parametrize("material", [Material.glass(), Material.principled(roughness=0.3)])
+def test_materials_that_change_with_the_angle_are_not_tabulated(material):
+    assert phong_table(compile_scene(glossy_boxes(material), Settings(), Diagnostics())) is None
+
+
+@pytest.mark.parametrize("kind", ["box", "gaussian"])
+def test_first_samples_need_no_random_numbers(kind, monkeypatch):
+    settings = Settings(method="raycast", width=48, height=48, samples=1, threads=1, pixel_filter=kind)
+    compiled = compile_scene(glossy_boxes(), settings, Diagnostics())
+    picture = render(compiled, settings).image()
+    monkeypatch.setattr(local.LocalModel, "camera_lanes", Wavefront.camera_lanes)
+    np.testing.assert_array_equal(picture, render(compiled, settings).image())
+    monkeypatch.setattr(local.LocalModel, "place_samples", Wavefront.place_samples)
+    assert (picture != render(compiled, settings).image()).any()
 
 
 def test_clamp_darkens_only_and_keeps_the_hue():
