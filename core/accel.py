@@ -121,8 +121,8 @@ class Accel:
     def intersect(self, o, d, tmax, arena, clock=None):
         """First hit of every ray, as `Hits` that are valid until the arena's frame ends."""
         # embreex writes the distances into the array it was given.
-        trace = self._outside if self._strands_attached else self._nearest
-        found = trace(o, d, None if tmax is None else _copy(tmax, arena), clock)
+        tmax = None if tmax is None else _copy(tmax, arena)
+        found = self._outside(o, d, tmax, arena, clock) if self._strands_attached else self._nearest(o, d, tmax, clock)
         t, prim = found["tfar"], found["primID"]
         for attachment, first in self._first_numbers:
             with arena.frame():
@@ -147,7 +147,7 @@ class Accel:
         np.equal(self._run(o, d, tmax, clock, query="OCCLUDED"), 0, out=blocked)
         if self._strands_attached:
             lanes = np.flatnonzero(blocked)
-            met = self._outside(o[:, lanes], _of(d, lanes), None if tmax is None else tmax[lanes], clock)
+            met = self._outside(o[:, lanes], _of(d, lanes), None if tmax is None else tmax[lanes], arena, clock)
             blocked[lanes] = met["primID"] >= 0
         for _, distance in self._analytic:
             with arena.frame():
@@ -166,29 +166,32 @@ class Accel:
     def _nearest(self, o, d, tmax, clock):
         return self._run(o, d, tmax, clock, query="INTERSECT", output=True)
 
-    def _outside(self, o, d, tmax, clock):
+    def _outside(self, o, d, tmax, arena, clock):
         """`_nearest`, but rays leave strands from inside as if nothing were there; Cycles' do."""
         limit = None if tmax is None else tmax.copy()
         found = self._nearest(o, d, tmax, clock)
-        lanes = self._leaving(found, d)
+        lanes = self._leaving(found, o, d, arena)
         for _ in range(_MOST_EXITS):
             if not lanes.size:
                 break
             start, way = o[:, lanes], _of(d, lanes)
             t = found["tfar"][lanes] * np.float32(1 + _BEYOND)
             t += _COORDINATE_BEYOND * np.abs(start).max(axis=0) / np.abs(way).max(axis=0)
-            left = None if limit is None else np.maximum(limit[lanes] - t, 0)
-            further = self._nearest(start + way * t, way, left, clock)
+            start, left = start + way * t, None if limit is None else np.maximum(limit[lanes] - t, 0)
+            further = self._nearest(start, way, left, clock)
+            still = self._leaving(further, start, way, arena)
             further["tfar"] += t
             for name, values in further.items():
                 found[name][lanes] = values
-            lanes = lanes[self._leaving(further, way)]
+            lanes = lanes[still]
         return found
 
-    def _leaving(self, found, d):
-        """Lanes whose rays met a strand from inside."""
+    def _leaving(self, found, o, d, arena):
+        """Lanes whose rays met a strand from inside, which they had not entered by its open end."""
         lanes = np.flatnonzero(found["geomID"] == self._strands_number)
-        return lanes[np.einsum("ni,in->n", found["Ng"][lanes], _of(d, lanes)) > 0]
+        lanes = lanes[np.einsum("ni,in->n", found["Ng"][lanes], _of(d, lanes)) > 0]
+        segment, t = found["primID"][lanes], found["tfar"][lanes]
+        return lanes[~self._strands.entered(segment, o[:, lanes], _of(d, lanes), t, arena)] if lanes.size else lanes
 
     def _run(self, o, d, tmax, clock, **query):
         # embreex does not compare lengths, and would read past the end of the shorter array.
@@ -219,7 +222,7 @@ class Accel:
         return api.attach_spheres(spheres)
 
     def _attach_strands(self, api, strands):
-        vertices, index = strands.vertices, strands.index
+        vertices, index, self._strands = strands.vertices, strands.index, strands
         self._buffers += [vertices, index]
         return api.attach(
             _ROUND_CATMULL_ROM,

@@ -95,7 +95,8 @@ class Material:
     `surface` is None for a material without a surface shader (it renders black, as in Blender). `displacement` is the
     vector by which its surface is moved, shown as a turned normal; `displacement_step` tells from heights how far
     apart, in footprints of a pixel. `index` is a number that nodes can read. `aovs` are (name, colour, value) that it
-    tells besides, each a `Link` or a constant.
+    tells besides, each a `Link` or a constant. `bump_correction` softens diffuse reflection on turned normals, and
+    raises those of other lobes until they mirror the viewer's ray to above the surface.
     """
 
     name: str
@@ -105,6 +106,7 @@ class Material:
     index: int = 0
     displacement_step: float = 0.1
     aovs: tuple[tuple, ...] = ()
+    bump_correction: bool = True
 
     @property
     def side_links(self):

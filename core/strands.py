@@ -8,16 +8,20 @@ Source: Catmull and Rom, "A Class of Local Interpolating Splines", 1974; Embree'
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from .vecmath import normalize
+from .vecmath import dot, normalize
 
 # Weights of a segment's four control points as polynomials of u, by ascending power.
 _POSITION = np.float32([(0, -0.5, 1, -0.5), (1, 0, -2.5, 1.5), (0, 0.5, 2, -1.5), (0, 0, -0.5, 0.5)])
 _DERIVATIVE = np.float32([(-0.5, 2, -1.5, 0), (0, -5, 4.5, 0), (0.5, 4, -4.5, 0), (0, -1, 1.5, 0)])
 
 INDEX_PADDING = 8  # numbers that follow the index: Embree may read beyond its end
+
+# A ray that starts no farther beyond an open end starts at it: shares of the radius and of the coordinates.
+_END_SLACK, _END_COORDINATE_SLACK = np.float32(1e-3), np.float32(2.0**-20)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,41 @@ class Strands:
         """Unit vectors (3, N) from root to tip; zero where all control points are one."""
         out = self._blended(_DERIVATIVE, segment, u, arena)[:3]
         return normalize(out, arena, out=out)
+
+    def entered(self, segment, o, d, t, arena):
+        """Whether rays came into a strand by one of its ends, which are open.
+
+        Parameters
+        ----------
+        segment : (N,)
+            Where they met the strand from inside, at `t` (N,) in units of |d|.
+        o, d : (3, N)
+            `d` may be (3, 1).
+
+        Returns
+        -------
+        (N,) bool
+        """
+        run = np.searchsorted(self._runs, segment, side="right")
+        root, tip = self._runs[run - 1], self._runs[run] - 1
+        found = np.zeros(segment.size, bool)
+        with arena.frame():
+            slack = _END_COORDINATE_SLACK * np.abs(o).max(axis=0)
+            for end, u, outward in ((root, 0, -1), (tip, 1, 1)):
+                u = np.full(segment.size, u, np.float32)
+                disc, n = self.at(end, u, arena), self.along(end, u, arena) * np.float32(outward)
+                away = o - disc[:3]
+                height, rate = dot(away, n, arena), -dot(np.broadcast_to(d, o.shape), n, arena)
+                inward = (height > disc[3] * _END_SLACK + slack) & (height < t * rate)
+                away += d * (height / np.where(inward, rate, np.float32(1)))
+                found |= inward & (dot(away, away, arena) <= np.square(disc[3]))
+        return found
+
+    @cached_property
+    def _runs(self):
+        """Number of the first segment of each strand, or of each piece where some were left out, and C."""
+        apart = np.flatnonzero(np.diff(self.index) != 1) + 1
+        return np.concatenate([[0], apart, [self.count]])
 
     def _blended(self, weights, segment, u, arena):
         out = arena.zeros((4, u.size))

@@ -9,7 +9,7 @@ from ...core import scene as description
 from .cache import Kept
 from .graph import GraphReader
 from .updates import address
-from .versions import default_is_principled, displacement_step, shader_tree
+from .versions import bump_correction, default_is_principled, displacement_step, shader_tree
 
 
 class Materials:
@@ -109,4 +109,5 @@ def export_material(material, images, diagnostics):
         diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)
     aovs = reader.aovs()
     nodes, step = tuple(reader.nodes), displacement_step()
-    return description.Material(material.name, nodes, surface, displacement, material.pass_index, step, aovs)
+    index, is_corrected = material.pass_index, bump_correction(material)
+    return description.Material(material.name, nodes, surface, displacement, index, step, aovs, is_corrected)

@@ -57,6 +57,11 @@ def older_voronoi():
     return {"older": ("order",)} if bpy.app.version < (4, 5) else {}
 
 
+def bump_correction(material):
+    """A material's setting "Bump Map Correction", which is Cycles'; on without Cycles."""
+    return bool(getattr(getattr(material, "cycles", None), "use_bump_map_correction", True))
+
+
 def displacement_step():
     """Footprints of a pixel between the heights that displacement is bumped by."""
     return 0.1 if bpy.app.version >= (4, 5) else 1.0

@@ -20,21 +20,24 @@ SMOOTH = "smooth_normal"  # name of the parameter that is the surface's own shad
 
 
 class Bumped:
-    """`lobe` with the softening; its parameters have one more, `SMOOTH`."""
+    """`lobe` with the softening; its parameters have one more, `SMOOTH`.
 
-    def __init__(self, lobe):
-        self._lobe = lobe
+    Not `is_soft`, it only loses the light from behind the surface.
+    """
+
+    def __init__(self, lobe, is_soft=True):
+        self._lobe, self._share = lobe, softening if is_soft else before
         self.flags = lobe.flags
 
     def sample(self, params, n, wo, uc, u0, u1, arena):
         """As of the lobe."""
         s = self._lobe.sample(params, n, wo, uc, u0, u1, arena)
-        return LobeSample(s.wi, s.weight * softening(params[SMOOTH], n, s.wi, arena), s.pdf, s.eta)
+        return LobeSample(s.wi, s.weight * self._share(params[SMOOTH], n, s.wi, arena), s.pdf, s.eta)
 
     def eval_pdf(self, params, n, wo, wi, arena):
         """As of the lobe."""
         f, pdf = self._lobe.eval_pdf(params, n, wo, wi, arena)
-        return f * softening(params[SMOOTH], n, wi, arena), pdf
+        return f * self._share(params[SMOOTH], n, wi, arena), pdf
 
     def albedo(self, params, n, wo, arena):
         """As of the lobe."""
@@ -42,9 +45,17 @@ class Bumped:
 
 
 @cache
-def bumped(lobe):
+def bumped(lobe, is_soft=True):
     """The `Bumped` of a lobe, always the same one."""
-    return Bumped(lobe)
+    return Bumped(lobe, is_soft)
+
+
+def before(smooth, n, wi, arena):
+    """1 (N,) where `wi` is on the side of the normals `smooth` on which it is of the turned ones `n`, elsewhere 0."""
+    out = arena.empty(wi.shape[-1])
+    with arena.frame():
+        np.copyto(out, dot(smooth, wi, arena) * dot(smooth, n, arena) * dot(n, wi, arena) >= 0)
+    return out
 
 
 def softening(smooth, n, wi, arena):

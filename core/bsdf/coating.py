@@ -49,13 +49,11 @@ def coat_layer(lobe, x, n, wo, below, arena, regains=True):
     return (lobe, weight, params), _tinted(x, mu, ior, below)
 
 
-def normals_of(x, n, coat_normal, arena):
-    """Normals of sheen and coat, (3, N): the coat's own and, as far as there is coat, the sheen's too."""
+def sheen_normal(x, n, coat_normal, arena):
+    """Normal of the sheen, (3, N): the coat's as far as there is coat, else `n`; neither raised, as in Cycles."""
     if coat_normal is None:
-        return n, n
-    share = np.minimum(x["coat_weight"], 1.0)
-    mixed = n + (coat_normal - n) * share
-    return normalize(mixed, arena), coat_normal
+        return n
+    return normalize(n + (coat_normal - n) * np.clip(x.get("coat_weight", 0.0), 0.0, 1.0), arena)
 
 
 def _tinted(x, mu, ior, below):

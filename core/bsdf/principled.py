@@ -145,7 +145,19 @@ def inputs_of(lobes):
     return names
 
 
-def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=None, coat_normal=None, older=()):
+def expand(
+    inputs,
+    front,
+    wo,
+    n,
+    arena,
+    lobes=None,
+    multiscatter=True,
+    tangent=None,
+    coat_normal=None,
+    older=(),
+    sheen_normal=None,
+):
     """The lobes of the lanes with weights and parameters, for `mixture.Mixture`.
 
     Parameters
@@ -164,6 +176,8 @@ def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=N
         Direction of anisotropy; without one any will do.
     coat_normal : (3, N), optional
         Unit normal of the coat, where it is not `n`.
+    sheen_normal : (3, N), optional
+        Unit normal of the sheen, where it is not `n`.
     older : collection of str
         What is done as by an older Blender: ``"coat"`` (before 4.5) regains no energy, ``"film"`` (before 5.0) is seen
         by a fit of the eye's response, and metal has none.
@@ -180,7 +194,7 @@ def expand(inputs, front, wo, n, arena, lobes=None, multiscatter=True, tangent=N
         out.append((transparent, below * (1.0 - x["alpha"]), {}, None))
         below = below * x["alpha"]
     if "sheen" in lobes or "coat" in lobes:
-        upper, below = _coating(lobes, x, n, coat_normal, wo, below, arena, "coat" not in older)
+        upper, below = _coating(lobes, x, n, coat_normal, sheen_normal, wo, below, arena, "coat" not in older)
         out += upper
     if "film" in older:
         x["film_fitted"] = np.ones(1, np.float32)
@@ -252,14 +266,14 @@ def cleaned(inputs):
     return x
 
 
-def _coating(lobes, x, n, coat_normal, wo, below, arena, regains):
+def _coating(lobes, x, n, coat_normal, sheen_normal, wo, below, arena, regains):
     """Entries of sheen and coat, and what is left below them."""
-    sheen_normal, coat_normal_ = coating.normals_of(x, n, coat_normal, arena)
     out = []
     if "sheen" in lobes:
-        entry, below = coating.sheen_layer(x, sheen_normal, wo, below, arena)
-        out.append((*entry, None if coat_normal is None else sheen_normal))
+        entry, below = coating.sheen_layer(x, n if sheen_normal is None else sheen_normal, wo, below, arena)
+        out.append((*entry, sheen_normal))
     if "coat" in lobes:
+        coat_normal_ = n if coat_normal is None else coat_normal
         entry, below = coating.coat_layer(lobes["coat"], x, coat_normal_, wo, below, arena, regains)
         out.append((*entry, coat_normal))
     return out, below

@@ -18,7 +18,9 @@ from ..bsdf.base import Lobe
 from ..bsdf.bumped import SMOOTH, bumped
 from ..bsdf.mixture import Mixture
 from ..bsdf.shading_normal import lifted_normal, unit_normal
+from ..nodes import OPERATIONS
 from ..nodes.base import Context, as_vector
+from ..nodes.closure import RAW_NORMAL, UNTURNED_NORMAL
 from ..nodes.closures import CLOSURES
 from ..scene import Link, Node
 from .angular import tabulate
@@ -108,8 +110,8 @@ class Program:
             if self._tables[number] is not None:
                 build = partial(self._tables[number].build, rows=constants.rows)
             if turned is not None or given is not None:
-                entries = _on_normals(build, context, inputs, lobes, turned, given)
-            elif _is_flat(context.surface) or not any(map(_is_lifted, lobes.values())):
+                entries = _on_normals(build, context, inputs, lobes, turned, given, "uncorrected" not in properties)
+            elif _is_flat(context.surface) or "uncorrected" in properties or not any(map(_is_lifted, lobes.values())):
                 entries = build(context, inputs)
             else:
                 s = context.surface
@@ -190,6 +192,8 @@ def compile_program(material, diagnostics, subject="material"):
         linked = set(inputs) - set(constants)
         closure.diagnose(constants, linked, properties, diagnostics, builder.place)
         lobes = closure.lobes(constants, properties)
+        if not getattr(material, "bump_correction", True):
+            properties["uncorrected"] = True
         if lobes:
             number = len(closures)
             closures.append((closure, lobes, properties))
@@ -212,6 +216,7 @@ def compile_program(material, diagnostics, subject="material"):
             tuple((layer, id(lobe)) for layer, lobe in lobes.items()),
             properties.get("distribution"),
             properties.get("older"),
+            properties.get("uncorrected"),
         )
         for c, lobes, properties in closures
     )
@@ -226,7 +231,7 @@ def _closures(material, builder):
     nodes = material.nodes
     order = post_order(nodes, material.surface)
     for index in order:  # every node once, from the leaves, so that no call nests as deep as the graph
-        if nodes[index].op not in CLOSURES and nodes[index].op not in ("mix_shader", "add_shader"):
+        if nodes[index].op in OPERATIONS and nodes[index].op not in CLOSURES:
             builder.node_outputs(index)
     weights = {material.surface: Const(as_vector(1.0))}
     for index in reversed(order):
@@ -295,28 +300,33 @@ def _on_lifted(build, context, inputs, lifted):
 
     Without it half of the light would be lost near the outlines of coarse smooth meshes.
     """
-    entries = build(replace(context, surface=context.surface._replace(ns=lifted)), inputs)
+    raw = context.surface.ns
+    entries = build(replace(context, surface=context.surface._replace(ns=lifted)), inputs | {RAW_NORMAL: raw})
     for lobe, color, params, own in entries:
         yield lobe, color, params, lifted if own is None and _is_lifted(lobe) else own
 
 
-def _on_normals(build, context, inputs, lobes, turned, given):
+def _on_normals(build, context, inputs, lobes, turned, given, is_corrected):
     """What `build` makes on the normal `turned` by a node, or, where that is None, on the surface's displaced one.
 
     Diffuse reflection takes the normal as it is, the rest one that mirrors the viewer's ray to above the surface. Where
-    a node has turned it, diffuse reflection is softened. All this is as in Cycles.
+    a node has turned it, diffuse reflection is softened. All this is as in Cycles, and so is what is left of it where
+    the user wants no correction: diffuse reflection does not reach behind the surface.
     """
     s, arena = context.surface, context.arena
     raw = unit_normal(given if turned is None else turned, s.ns, arena)
-    n = lifted_normal(raw, s.ng, s.wo, arena) if any(map(_is_lifted, lobes.values())) else raw
-    entries = build(replace(context, surface=s._replace(ns=n)), inputs)
+    n = lifted_normal(raw, s.ng, s.wo, arena) if is_corrected and any(map(_is_lifted, lobes.values())) else raw
+    more = {RAW_NORMAL: raw}
+    if turned is not None:
+        more[UNTURNED_NORMAL] = s.ns if given is None else unit_normal(given, s.ns, arena)
+    entries = build(replace(context, surface=s._replace(ns=n)), inputs | more)
     for lobe, color, params, own in entries:
         if _is_lifted(lobe):
             yield lobe, color, params, n if own is None else own
         elif turned is None or not _is_diffuse(lobe):
             yield lobe, color, params, raw if own is None else own
         else:
-            yield bumped(lobe), color, params | {SMOOTH: s.ns}, raw if own is None else own
+            yield bumped(lobe, is_corrected), color, params | {SMOOTH: s.ns}, raw if own is None else own
 
 
 def _product(builder, weight, factors, inputs):

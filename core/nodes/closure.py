@@ -14,6 +14,12 @@ from .geometry import lookup_tangent
 
 SUBSURFACE = "subsurface scattering is approximated by diffuse reflection; no light wanders below the surface"
 
+RAW_NORMAL = "raw_normal"
+"""Input of `Closure.build` besides its own: the shading normal before it was raised, where it may have been."""
+
+UNTURNED_NORMAL = "unturned_normal"
+"""Another: the shading normal as it was before a node turned it, where one did."""
+
 _ABOVE_ONE = "a colour above 1 is an albedo above 1: more light leaves the surface than arrives"
 
 

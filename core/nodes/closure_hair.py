@@ -21,7 +21,7 @@ _HUANG = "Principled Hair by Huang is shown by Chiang's model; its aspect ratio 
 def _fibre_tangent(context, corner):
     """Unit vectors (3, N) along the strands; of triangles those from the first corner to the `corner`-th.
 
-    Elsewhere any across the normal.
+    Elsewhere any across the normal. On the inside all are turned round, as the normal is.
     """
     s, arena, geometry = context.surface, context.arena, context.geometry
     out = arena.empty((3, context.count))
@@ -35,7 +35,8 @@ def _fibre_tangent(context, corner):
         out[:, flat] = normalize(side, arena) * np.where(s.front[flat], np.float32(1), np.float32(-1))
     lanes = np.flatnonzero(geometry.on_strand(s.prim))
     if lanes.size:
-        out[:, lanes] = geometry.strands.along(s.prim[lanes] - geometry.first_segment, s.u[lanes], arena)
+        along = geometry.strands.along(s.prim[lanes] - geometry.first_segment, s.u[lanes], arena)
+        out[:, lanes] = along * np.where(s.front[lanes], np.float32(1), np.float32(-1))
     return out
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..bsdf import coating, dielectric, principled
 from ..bsdf.shading_normal import lifted_normal, unit_normal
 from .base import Operation
-from .closure import SUBSURFACE, Closure, is_never
+from .closure import RAW_NORMAL, SUBSURFACE, UNTURNED_NORMAL, Closure, is_never
 from .geometry import lookup_tangent
 
 _COATING = ("sheen_weight", "sheen_roughness", "sheen_tint", "coat_weight", "coat_roughness", "coat_ior", "coat_tint")
@@ -41,14 +41,28 @@ def _build(context, inputs, lobes, properties):
     tangent = inputs.get("tangent")
     if tangent is None and _is_stretched(lobes):
         tangent = lookup_tangent(context)
-    coat_normal = inputs.get("coat_normal")
+    raw = inputs.get(RAW_NORMAL, s.ns)
+    # Left alone, the coat's normal is the surface's, whatever lies below it, as in Cycles.
+    coat_normal = inputs.get("coat_normal", inputs.get(UNTURNED_NORMAL)) if "coat" in lobes else None
     if coat_normal is not None:
-        coat_normal = lifted_normal(unit_normal(coat_normal, s.ns, arena), s.ng, s.wo, arena)
+        coat_normal = unit_normal(coat_normal, raw, arena)
+    sheen_normal = None
+    if "sheen" in lobes and (coat_normal is not None or raw is not s.ns):
+        sheen_normal = coating.sheen_normal(known, raw, coat_normal, arena)
+    if coat_normal is not None and "uncorrected" not in properties:
+        coat_normal = lifted_normal(coat_normal, s.ng, s.wo, arena)
     older = properties.get("older", ())
-    found = principled.expand(known, s.front, s.wo, s.ns, arena, lobes, multiscatter, tangent, coat_normal, older)
+    normals = {"coat_normal": coat_normal, "sheen_normal": sheen_normal}
+    found = principled.expand(known, s.front, s.wo, s.ns, arena, lobes, multiscatter, tangent, older=older, **normals)
     if opaque.size > 1 or opaque[0] != 1:
         found = [(lobe, weight * opaque, params, n) for lobe, weight, params, n in found]
     return found
+
+
+def _is_by_angle(lobes, inputs):
+    """Sheen stands on the shading normal as it is, the rest on the raised one, a coat on the one no node turned."""
+    has_own_normal = "sheen" in lobes or "coat_normal" in inputs or ("coat" in lobes and "normal" in inputs)
+    return not (_is_stretched(lobes) or has_own_normal)
 
 
 def _notes(constants, linked, properties):
@@ -81,10 +95,12 @@ def _covered(context, inputs, properties, regains):
         n = wo = np.repeat(np.float32([[0], [0], [1]]), context.count, axis=1)
     else:
         n = unit_normal(inputs["normal"], n, arena) if "normal" in inputs else n
-    coat_normal = unit_normal(inputs["coat_normal"], n, arena) if "coat_normal" in inputs and hasattr(s, "wo") else None
+    coat_normal = None
+    if hasattr(s, "wo"):
+        coat_normal = unit_normal(inputs["coat_normal"], n, arena) if "coat_normal" in inputs else s.ns
     x = principled.cleaned({name: inputs[name] for name in _COATING})
-    sheen_normal, coat_normal = coating.normals_of(x, n, coat_normal, arena)
-    _, below = coating.sheen_layer(x, sheen_normal, wo, below, arena)
+    _, below = coating.sheen_layer(x, coating.sheen_normal(x, n, coat_normal, arena), wo, below, arena)
+    coat_normal = n if coat_normal is None else coat_normal
     _, below = coating.coat_layer(dielectric.Rough, x, coat_normal, wo, below, arena, regains)
     return {"value": below}
 
@@ -113,7 +129,7 @@ CLOSURES = (
         cover=_cover,
         transparency=("1-alpha",),
         notes=_notes,
-        by_angle=lambda lobes, inputs: not _is_stretched(lobes) and "coat_normal" not in inputs,
+        by_angle=_is_by_angle,
         color="base_color",
     ),
 )

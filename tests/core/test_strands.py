@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -190,6 +191,27 @@ def _moved(by):
 
 def test_a_strand_is_not_seen_from_inside():
     rays_from_inside()
+
+
+def test_a_strand_is_seen_into_through_its_open_end():
+    """Rays that came in by an end meet the inside, also of a piece that is left between others that are not there."""
+    geometry, arena = geometry_of(straight()), Arena()
+    accel = Accel(geometry)
+    o = np.float32(np.array([[-1.0], [0.0], [0.0]]) - geometry.origin[:, None])
+    d = np.float32([[1.0], [0.0], [0.08]])  # meets the wall at x = 0.25
+    hits = accel.intersect(o, d, None, arena)
+    assert hits.prim.tolist() == [0]
+    np.testing.assert_allclose(hits.t, 1.25, rtol=1e-3)
+    assert accel.occluded(o, d, None, arena).all()
+    surface = make_interact(geometry)(hits, o, d, arena)
+    assert not surface.front.any()
+    assert surface.ng[2, 0] < -0.99
+    aside = np.float32([[1.0], [0.0], [0.2]])  # passes the end by
+    assert accel.intersect(o, aside, None, arena).prim.tolist() == [-1]
+    within = o + np.float32([[1.0 + 1e-6], [0.0], [0.0]])
+    assert accel.intersect(within, d, None, arena).prim.tolist() == [-1]
+    rest = Accel(replace(geometry, strands=geometry.strands.part(np.array([False, False, True, True]))))
+    assert rest.intersect(o, np.float32([[1.0], [0.0], [0.044]]), None, arena).prim.tolist() == [0]
 
 
 def rays_that_are_no_rays():

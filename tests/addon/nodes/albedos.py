@@ -50,6 +50,9 @@ class Closure:
         return make
 
 
+HAIR = "## Hair"  # the section that is written by hand
+
+
 def _principled(name, below=False, **inputs):
     inputs = {key.replace("_", " "): value for key, value in inputs.items()}
     return Closure(f"Principled: {name}", "BsdfPrincipled", {"Base Color": _COLOR} | inputs, below=below)
@@ -222,6 +225,8 @@ def main():
         *DEFECT,
         *ashikhmin_shirley(),
     ]
+    _, _, hair = PAGE.read_text(encoding="utf-8").partition(HAIR)
+    lines += ["", HAIR + hair.rstrip("\n")] if hair else []
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
