@@ -197,7 +197,7 @@ class ZRAKA_OT_compare_methods(bpy.types.Operator):
             self.report({"ERROR"}, f"The comparison stopped: {comparison.error}")
             return {"CANCELLED"}
         show(context, write_image(comparison.sheet()))
-        self.report({"INFO"}, "; ".join(comparison.captions()))
+        self.report({"INFO"}, "; ".join(caption.replace("\n", ": ") for caption in comparison.captions()))
         return {"FINISHED"}
 
 

@@ -25,8 +25,11 @@ log = logging.getLogger(__name__)
 SHOW_EVERY = 0.25
 """Seconds between two pictures in the image editor: Blender merges every pass of the result for each."""
 
-PREVIEW = {"samples": 16, "time_limit": 0.5, "noise_target": 0.02}
-"""Of the small pictures of materials; their scene is Blender's own, with settings nobody chose."""
+PREVIEW = {"samples": 16, "time_limit": 0.5, "noise_target": 0.02, "chunk": 1 << 15}
+"""Of the small pictures of materials; their scene is Blender's own, with settings nobody chose.
+
+Few lanes are traced together, so that a preview that is out of date ends at once: the next one waits for it.
+"""
 
 
 @dataclass(frozen=True)

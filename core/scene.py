@@ -289,7 +289,8 @@ class Plane:
 class World:
     """Light from infinity: constant `radiance` (3,), or a graph over directions.
 
-    `surface` is the number of the graph's closure node; None, as of all constant worlds, lets `radiance` count.
+    `surface` is the number of the graph's closure node; None, as of all constant worlds, lets `radiance` count. `aovs`
+    are as those of a `Material`.
     """
 
     radiance: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -297,6 +298,7 @@ class World:
     surface: int | None = None
     name: str = "world"
     visibility: Visibility = SEEN_BY_ALL
+    aovs: tuple[tuple, ...] = ()
 
     @classmethod
     def textured(cls, image, strength=1.0, projection="EQUIRECTANGULAR", interpolation="Linear", name="world"):

@@ -58,6 +58,9 @@ class ExportCache:
         What else they depend on, equal where it is the same.
     shared : set of int
         Addresses of the objects that are instanced, that instance others, or come more than once.
+    doubtful : set of int
+        Addresses of the objects whose own settings may have changed since the last export, though nothing else of them:
+        when one object is hidden Blender names all of them so.
     """
 
     def __init__(self):
@@ -67,7 +70,7 @@ class ExportCache:
     def clear(self):
         """Forget everything."""
         self.meshes, self.materials, self.images, self.worlds, self.lamps = {}, {}, {}, {}, {}
-        self.entries, self.layer, self.shared = {}, None, set()
+        self.entries, self.layer, self.shared, self.doubtful = {}, None, set(), set()
 
     def follow(self, depsgraph, shading=True):
         """Forget what the updates of `depsgraph` (bpy.types.Depsgraph) name.
@@ -83,6 +86,12 @@ class ExportCache:
         named, shapes, shaders, sources = set(), set(), set(), False
         for update in depsgraph.updates:
             thing = update.id
+            own = isinstance(thing, bpy.types.Object) and not (
+                update.is_updated_geometry or update.is_updated_transform
+            )
+            if own and update.is_updated_shading:
+                self.doubtful.add(address(thing))
+                continue
             named.add(address(thing))
             if update.is_updated_geometry:
                 shapes.add(address(thing))

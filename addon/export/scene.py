@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -86,6 +87,16 @@ def export_scene(depsgraph, diagnostics, camera=None, size=None, visible=None, c
     )
 
 
+class _Shown(NamedTuple):
+    """What all entries that show one mesh by one object and one instancer have in common."""
+
+    mesh: description.Mesh
+    materials: tuple
+    needs: object
+    visibility: object
+    name: str
+
+
 class _Objects:
     """Collects what the objects become; nothing of an instance outlives `add`, as Blender reuses it."""
 
@@ -109,6 +120,8 @@ class _Objects:
         self._entries, self._is_fixed = {}, True
         self._seen, self._shared = set(), set()
         self._mesh_keys = {id(kept.value): key for key, kept in cache.meshes.items()}
+        self._shown, self._owners, self._staying = {}, {}, set()
+        self._doubtful, self._alike = cache.doubtful, {}
 
     def world(self, world):
         """The world, black where there is none."""
@@ -124,54 +137,73 @@ class _Objects:
         cache.meshes, cache.worlds, cache.lamps = self._meshes, self._worlds, self._lamps
         cache.materials, cache.images = self._materials.used, self._images.used
         cache.entries, cache.layer, cache.shared = self._entries, self._layer, self._shared
+        cache.doubtful = set()
 
     def take(self, instance, place):
         """Add all of one entry of the dependency graph, whose matrix has the bytes `place`."""
         obj = instance.object
         key = key_of(obj)
+        common = key
         if instance.is_instance:
-            parent = address(instance.parent)
-            self._shared |= {key[0], parent}
-            key = *key, parent, tuple(instance.persistent_id)
+            common = *key, address(instance.parent)
+            self._shared.update((common[0], common[2]))
+            key = *common, tuple(instance.persistent_id)
         elif key[0] in self._seen:
             self._shared.add(key[0])
         else:
             self._seen.add(key[0])
         lists = self.instances, self.spheres, self.curves, self.planes
         kept = self._known_entries.get(key)
-        if kept is not None and kept.place == place and self._stays(kept):
+        if kept is not None and kept.place == place and self._stays(kept) and self._is_alike(kept, instance, common):
             self._entries[key] = kept
             for things, kept_things in zip(lists, kept.things, strict=True):
                 things.extend(kept_things)
             return
         counts, self._is_fixed = [len(things) for things in lists], self._still is None and obj.type != "LIGHT"
         if instance.show_self:
-            self.add(instance)
+            self.add(instance, _matrix(place), common)
         if instance.show_particles:
-            self.add_hair(instance)
+            self.add_hair(instance, place)
         if self._is_fixed:
             things = tuple(tuple(things[n:]) for things, n in zip(lists, counts, strict=True))
-            owners = frozenset(map(address, (obj, obj.data, instance.parent)))
-            self._entries[key] = Entry(things, place, owners)
+            if common not in self._owners:
+                self._owners[common] = frozenset(map(address, (obj, obj.data, instance.parent)))
+            self._entries[key] = Entry(things, place, self._owners[common])
 
     def _stays(self, kept):
         """Whether the meshes and materials of an `Entry` are as they were; they are then used."""
         instances, *others = kept.things
         for instance in instances:
+            both = id(instance.mesh), id(instance.materials)
+            if both in self._staying:
+                continue
             key = self._mesh_keys.get(id(instance.mesh))
             if key is None or not all(map(self._materials.stays, instance.materials)):
                 return False
             self._meshes.setdefault(key, self._known[key])
+            self._staying.add(both)
         return all(self._materials.stays(thing.material) for things in others for thing in things)
 
-    def add(self, instance):
-        """Add one entry of the dependency graph."""
+    def _is_alike(self, kept, instance, common):
+        """Whether an object's own settings are those of its `Entry`; in doubt, they are not."""
+        if kept.owners.isdisjoint(self._doubtful):
+            return True
+        if common not in self._alike:
+            instances, *others = kept.things
+            seen = self._visibility(instance)
+            self._alike[common] = not any(others) and all(
+                thing.visibility == seen and not self._needs_of(thing.materials).objects for thing in instances
+            )
+        return bool(kept.things[0]) and self._alike[common]
+
+    def add(self, instance, matrix, common):
+        """Add one entry of the dependency graph; `common` tells which ones show the same, by the same instancer."""
         obj, data = instance.object, instance.object.data
         # Text, curves and metaballs come twice: as what they are and as the mesh made of them. Only the mesh counts.
         if type(data) is bpy.types.Mesh:
-            self._add_mesh(instance, data)
+            self._add_mesh(instance, data, matrix, common)
         elif isinstance(data, bpy.types.Light):
-            matrix, seen = _matrix(instance), self._visibility(instance)
+            seen = self._visibility(instance)
             if self._still is not None:
                 _, matrix = self._still(instance, None, matrix)
             shader = self._lamp_shader(data)
@@ -183,30 +215,30 @@ class _Objects:
             material = self._materials_of(obj, data)[:1]
             needs = self._needs_of(material)
             names = needs.attributes | needs.colors
-            spheres = export_points(data, _matrix(instance), material[0], obj.name, self._diagnostics, names)
+            spheres = export_points(data, matrix, material[0], obj.name, self._diagnostics, names)
             if spheres is not None:
                 info, seen = self._info(instance, needs), self._visibility(instance)
                 self.spheres.append(replace(spheres, info=info, visibility=seen))
         elif isinstance(data, bpy.types.Curves):
             material = self._materials_of(obj, data)[:1]
             needs = self._needs_of(material)
-            curves = export_curves(data, _matrix(instance), material[0], obj.name, needs)
+            curves = export_curves(data, matrix, material[0], obj.name, needs)
             if curves is not None:
                 info, seen = self._info(instance, needs), self._visibility(instance)
                 self.curves.append(replace(curves, info=info, visibility=seen))
         elif obj.type == "EMPTY":
-            self._add_plane(instance)
+            self._add_plane(instance, matrix)
         elif obj.type in _NOT_YET:
             self._diagnostics.warn(_NOT_YET[obj.type], f"object '{obj.name}'")
 
-    def add_hair(self, instance):
+    def add_hair(self, instance, place):
         """Add the hair of one entry's particle systems."""
         obj = instance.object
         if obj.type != "MESH" or not has_hair(obj, self._is_render):
             return
         self._is_fixed = False
         materials = self._materials_of(obj, obj.data)
-        for curves in export_hair(obj, _matrix(instance), materials, self._is_render, lambda m: self._needs_of((m,))):
+        for curves in export_hair(obj, _matrix(place), materials, self._is_render, lambda m: self._needs_of((m,))):
             info = self._info(instance, self._needs_of((curves.material,)))
             self.curves.append(replace(curves, info=info, visibility=self._visibility(instance)))
 
@@ -218,7 +250,17 @@ class _Objects:
             self._lamps[key] = known if known is not None and is_same_graph(known, shader) else shader
         return self._lamps[key]
 
-    def _add_mesh(self, instance, data):
+    def _add_mesh(self, instance, data, matrix, common):
+        if common not in self._shown:
+            self._shown[common] = self._show(instance, data)
+        mesh, materials, needs, seen, name = self._shown[common]
+        if self._still is not None:
+            mesh, matrix = self._still(instance, mesh, matrix)
+        if mesh is not None:
+            info = self._info(instance, needs)
+            self.instances.append(description.Instance(mesh, matrix, materials, name, info, seen))
+
+    def _show(self, instance, data):
         obj, materials = instance.object, self._materials_of(instance.object, data)
         needs = self._needs_of(materials)
         # Evaluated meshes live as long as nothing changes them; their places are then used again.
@@ -229,13 +271,7 @@ class _Objects:
             owners = frozenset(map(address, (obj, obj.data, instance.parent)))
             kept = Kept(export_mesh(obj, data.name, known), owners, known)
         self._meshes[key] = kept
-        mesh, matrix = kept.value, _matrix(instance)
-        if self._still is not None:
-            mesh, matrix = self._still(instance, mesh, matrix)
-        if mesh is not None:
-            info = self._info(instance, needs)
-            seen = self._visibility(instance)
-            self.instances.append(description.Instance(mesh, matrix, materials, obj.name, info, seen))
+        return _Shown(kept.value, materials, needs, self._visibility(instance), obj.name)
 
     def _needs_of(self, materials):
         """What `materials` read, a `Needs`."""
@@ -260,9 +296,9 @@ class _Objects:
                 materials[index] = slot.material
         return tuple(self._materials(material) for material in materials) or (self._materials.default,)
 
-    def _add_plane(self, instance):
+    def _add_plane(self, instance, transform):
         """An empty marked as an infinite plane: its XY plane, the front where its Z axis points."""
-        obj, transform = instance.object, _matrix(instance)
+        obj = instance.object
         settings = getattr(obj, "zraka", None)
         if not getattr(settings, "plane", False):
             return
@@ -290,6 +326,6 @@ def _places(depsgraph):
     return places
 
 
-def _matrix(instance):
-    """Object to world, (4, 4) float64, a copy."""
-    return np.array(instance.matrix_world, np.float64)
+def _matrix(place):
+    """Object to world, (4, 4) float64, of the bytes of a matrix in Blender."""
+    return np.frombuffer(place, np.float32).reshape(4, 4).T.astype(np.float64, order="C")

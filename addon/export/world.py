@@ -38,21 +38,20 @@ def export_world(world, images, diagnostics):
     volume = output.inputs.get("Volume")  # a light's output has none
     if volume is not None and volume.is_linked:
         diagnostics.warn("volume is not rendered yet", place)
-    if any(node.bl_idname == "ShaderNodeOutputAOV" for node in tree.nodes):
-        diagnostics.warn("shader AOVs of a world are not rendered", place)
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
-    if surface is None:
-        return description.World(name=world.name)
-    radiance = constant_radiance(reader.nodes[surface], "background")
-    if radiance is not None:
-        return description.World(radiance, **common)
-    unsupported = _unsupported(reader.nodes, surface)
+    radiance, unsupported = (0.0, 0.0, 0.0), None
+    if surface is not None:
+        radiance = constant_radiance(reader.nodes[surface], "background")
+        unsupported = radiance is None and _unsupported(reader.nodes, surface)
     if unsupported:
         diagnostics.warn(f"world node '{unsupported}' is not supported; a plain colour is used", place)
-        return description.World(_shown_background(tree), **common)
-    _diagnose_attributes(reader.nodes, place, diagnostics)
-    return description.World(nodes=tuple(reader.nodes), surface=surface, **common)
+        radiance = _shown_background(tree)
+    aovs = reader.aovs()  # only now: what they alone read need not be supported
+    if aovs or radiance is None:
+        _diagnose_attributes(reader.nodes, place, diagnostics)
+        common |= {"nodes": tuple(reader.nodes), "aovs": aovs}
+    return description.World(surface=surface, **common) if radiance is None else description.World(radiance, **common)
 
 
 def _diagnose_attributes(nodes, place, diagnostics):

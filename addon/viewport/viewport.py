@@ -8,6 +8,7 @@ none of it exists any more.
 from __future__ import annotations
 
 import contextlib
+import gc
 import logging
 import weakref
 
@@ -51,20 +52,25 @@ class Viewport:
         if self._move(depsgraph):
             self._engine().tag_redraw()
             return
-        now = fingerprint(depsgraph, _visible_in(context.space_data))
+        with _no_collection():
+            self._follow(context, depsgraph)
+        self._engine().tag_redraw()
+
+    def _follow(self, context, depsgraph):
+        visible = _visible_in(context.space_data)
+        now = fingerprint(depsgraph, visible)
         if self._cache is not None:
             self._cache.follow(depsgraph)
         if self._exported is None or now != self._fingerprint or changes_scene(depsgraph):
             self._fingerprint, self._wanted = now, None
             try:
-                self._exported, self._error = self._export(context, depsgraph), ""
+                self._exported, self._error = self._export(context, depsgraph, visible), ""
             except SceneError as error:
                 self._exported, self._error = None, str(error)
             except Exception as error:
                 log.exception("Zraka's viewport stopped")
                 self._exported = None
                 self._error = f"Zraka stopped ({type(error).__name__}); the console has the traceback"
-        self._engine().tag_redraw()
 
     def draw(self, context, depsgraph):
         """Draw the latest picture, and ask for another one when the view is another one."""
@@ -94,20 +100,21 @@ class Viewport:
             self._exported, self._wanted = (scene, *others), None
         return True
 
-    def _export(self, context, depsgraph):
-        """Scene, settings and diagnostics of a `Job`."""
+    def _export(self, context, depsgraph, visible):
+        """Scene, settings and diagnostics of a `Job`, of the objects that are `visible`."""
         from ..export.cache import ExportCache
         from ..export.scene import export_scene
 
-        cache, self._cache = self._cache or ExportCache(), None  # what fails halfway is not to be used again
+        cache, self._cache = self._cache, None  # what fails halfway is not to be used again
+        if cache is None:
+            cache = ExportCache()
+            cache.follow(depsgraph)  # from here on
         diagnostics = Diagnostics()
-        scene, space = depsgraph.scene_eval, context.space_data
+        scene = depsgraph.scene_eval
         chosen = {"samples": scene.zraka.viewport_samples, "noise_target": scene.zraka.viewport_noise_target}
         settings = properties.settings_of(scene, **chosen, time_limit=0.0, chunk=CHUNK)
         view = view_of(context, depsgraph)
-        description = export_scene(
-            depsgraph, diagnostics, camera=view.camera(), visible=_visible_in(space), cache=cache
-        )
+        description = export_scene(depsgraph, diagnostics, camera=view.camera(), visible=visible, cache=cache)
         self._cache = cache
         return description, settings, diagnostics
 
@@ -155,14 +162,30 @@ class Viewport:
         return None
 
 
+@contextlib.contextmanager
+def _no_collection():
+    """Put off Python's search for garbage: an export leaves none, but makes thousands of things to look at."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
 def _visible_in(space):
     """A function that tells whether an entry of the dependency graph is shown in a viewport, local view included."""
+    known = {}  # by the address of what Blender is asked of; all instances of one instancer are asked of that
 
     def visible(instance):
         thing = instance.parent if instance.is_instance else instance.object
-        with contextlib.suppress(RuntimeError):  # of objects that are not of the view layer
-            return thing.visible_in_viewport_get(space)
-        return True
+        key = thing.as_pointer()
+        if key not in known:
+            known[key] = True
+            with contextlib.suppress(RuntimeError):  # of objects that are not of the view layer
+                known[key] = thing.visible_in_viewport_get(space)
+        return known[key]
 
     return visible
 

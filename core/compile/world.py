@@ -26,7 +26,7 @@ def compile_world(world, diagnostics, view=None):
         return _constant(world.radiance, world, diagnostics)
     if view is not None and not view.is_perspective and _reads_window(world):
         diagnostics.warn("window coordinates of a world are those of its middle", f"world '{world.name}'")
-    program, _ = compile_program(_over_directions(world), diagnostics, "world")
+    program, _ = compile_program(over_directions(world), diagnostics, "world")
     code = program.emission
     if code is None:
         return ConstantEnvironment((0.0, 0.0, 0.0))
@@ -42,7 +42,7 @@ def compile_world(world, diagnostics, view=None):
     return EnvironmentMap(radiance, suns=suns_of(world.nodes), by_ray="light_path" in program.operations)
 
 
-def _over_directions(world):
+def over_directions(world):
     """`world` with textures of all directions that have the directions as coordinates where nothing is linked."""
     source = Link(len(world.nodes), "generated")
     nodes = [_linked(node, source) for node in world.nodes]

@@ -19,7 +19,7 @@ denoising_normal          3     likewise, in camera space
 denoising_depth           1     likewise, length of the way
 denoising_specular        3     colour of the mirrors and glass themselves
 denoising_roughness       1     of the first surface: 0 mirrors, 1 is diffuse
-aov_value:NAME            1     and aov_color:NAME, of 4: what materials tell under that name (`aovs`)
+aov_value:NAME            1     and aov_color:NAME, of 4: what materials and the world tell under that name (`aovs`)
 crypto_object             4 L   and crypto_material, crypto_asset: ranked ids and coverages (`cryptomatte`)
 ========================  ====  =====================================================================================
 """
@@ -140,7 +140,7 @@ class _Guides(Wavefront):
             [bool(x.mesh.uvs) for x in scene.instances] + [0] * (len(objects) - len(scene.instances))
         )
         self._aovs = {name for name in self._names if aovs.is_aov(name)}
-        self._shader_values = aovs.ShaderValues(compiled, sorted(self._aovs))
+        self._shader_values = aovs.ShaderValues(compiled, sorted(self._aovs), settings.transparent_film)
         self._mattes = {}
         names = matte_names(compiled, scene, options)
         for matte in _MATTES:

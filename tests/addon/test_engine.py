@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import zraka
-from zraka.addon import headless, passes, properties, session, ui
+from zraka.addon import denoise, headless, passes, properties, session, ui
 from zraka.core import compile as compiling
 from zraka.core import render as rendering
 from zraka.core.diagnostics import Diagnostics, SceneError
@@ -141,6 +141,36 @@ def test_the_picture_arrives(blender_scene, add_camera, stub_core, tmp_path):
     picture = render_to(blender_scene, tmp_path / "whole.exr")
     np.testing.assert_allclose(picture, gradient(32, 24), atol=1e-6)
     assert stub_core.passes == 4
+
+
+def test_the_compositor_comes_after(blender_scene, add_camera, stub_core, tmp_path):
+    add_camera(blender_scene)
+    denoising = denoise.set_up(blender_scene, blender_scene.view_layers[0])  # a tree in each Blender's way
+    blender_scene.view_layers[0].zraka.use_pass_denoising = False
+    tree, (link,) = denoising.id_data, denoising.outputs["Image"].links
+    node = tree.nodes.new("CompositorNodeInvert")
+    tree.links.new(denoising.inputs["Image"].links[0].from_socket, node.inputs["Color"])
+    tree.links.new(node.outputs["Color"], link.to_socket)
+    picture = render_to(blender_scene, tmp_path / "composed.exr")
+    np.testing.assert_allclose(picture[..., :3], 1 - gradient(32, 24)[..., :3], atol=1e-5)
+
+
+def test_the_sequencer_comes_after(blender_scene, add_camera, stub_core, tmp_path):
+    """A strip shows what Zraka renders of another scene."""
+    add_camera(blender_scene)
+    cut = bpy.data.scenes.new("Cut")
+    cut.render.resolution_x, cut.render.resolution_y, cut.render.resolution_percentage = 32, 24, 100
+    cut.render.engine, cut.frame_end = "ZRAKA", 1
+    cut.sequencer_colorspace_settings.name = bpy.context.scene.sequencer_colorspace_settings.name
+    editor = cut.sequence_editor_create()
+    strips = editor.strips if hasattr(editor, "strips") else editor.sequences  # before 4.4
+    strips.new_scene("Shot", blender_scene, 1, 1)
+    with bpy.context.temp_override(scene=cut):
+        picture = render_to(cut, tmp_path / "cut.exr")
+    assert stub_core.passes == 4
+    difference = np.abs(picture[..., :3] - gradient(32, 24)[..., :3])
+    assert difference.max() < 0.01
+    bpy.data.scenes.remove(cut)
 
 
 @pytest.mark.parametrize("crop", [False, True])

@@ -127,6 +127,31 @@ def test_instances_follow_what_they_are_made_of(follower, name):
     assert_as_first(follower)
 
 
+def test_of_many_objects_the_others_stay_when_one_is_hidden(follower):
+    """Blender names all of them then."""
+    before = {instance.name: instance for instance in follower.scene.instances}
+    edit(lambda: setattr(tile(4), "hide_viewport", True))
+    after = {instance.name: instance for instance in follower.scene.instances}
+    assert before.keys() - after.keys() == {"Tile 4"}
+    assert all(after[name] is before[name] for name in after)
+    assert_as_first(follower)
+
+
+def test_what_an_object_says_of_itself_is_followed(follower):
+    edit(lambda: setattr(tile(4), "visible_glossy", False))
+    assert_as_first(follower)
+    material = tile(4).active_material
+    if material.node_tree is None:
+        material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    shader = next(node for node in nodes if node.type.startswith("BSDF"))
+    edit(lambda: links.new(nodes.new("ShaderNodeObjectInfo").outputs["Color"], shader.inputs[0]))
+    edit(lambda: setattr(tile(4), "color", (0.1, 0.2, 0.3, 1.0)))
+    info = next(instance.info for instance in follower.scene.instances if instance.name == "Tile 4")
+    assert info.color == pytest.approx((0.1, 0.2, 0.3, 1.0))
+    assert_as_first(follower)
+
+
 def test_what_nothing_named_is_not_exported_again(follower):
     before = follower.scene
     edit(lambda: setattr(bpy.data.lights[0], "energy", 7.0))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from dataclasses import replace
 from functools import partial
@@ -281,8 +282,12 @@ def test_nothing_waits_for_modules(monkeypatch):
     ZrakaRenderEngine.view_draw(engine, None, None)
     assert (asked, said) == ([engine] * 2, [("", "Loading Zraka")])
     monkeypatch.undo()
+    monkeypatch.setattr(preload, "_thread", None)
     preload.start()
     until(preload.is_done)
+    assert gc.get_freeze_count() > 0  # no search for garbage among what was read
+    preload.finish()
+    assert gc.get_freeze_count() == 0
     done = []
     made = SimpleNamespace(update=lambda *_: done.append("update"), draw=lambda *_: done.append("draw"))
     monkeypatch.setattr(viewport_module, "Viewport", lambda _: made)

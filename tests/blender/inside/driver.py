@@ -11,6 +11,7 @@ import json
 import subprocess
 import sys
 import time
+import traceback
 from pathlib import Path
 
 import bpy
@@ -69,10 +70,65 @@ class View:
         space.show_region_toolbar = space.show_region_ui = False
 
 
+class Viewports:
+    """Zraka's viewports from now on: their workers, and how long Blender waits for their calls.
+
+    Parameters
+    ----------
+    viewport : type
+        `addon.viewport.viewport.Viewport`, whose methods are replaced.
+    samples : int
+        How many all of them are to show.
+    log : dict
+        Gets the seconds of wall clock and of the thread's processor time of each call, as lists "update" and "draw".
+    """
+
+    def __init__(self, viewport, samples, log):
+        self.workers = []
+        self._samples = samples
+        self._log = log
+        made = viewport.__init__
+
+        def note_made(viewport, engine):
+            made(viewport, engine)
+            self.workers.append(viewport._worker)
+
+        viewport.__init__ = note_made
+        viewport.update, viewport.draw = self.timed("update", viewport.update), self.timed("draw", viewport.draw)
+
+    def timed(self, name, function):
+        """A method that notes how long it took."""
+
+        def noted(*args):
+            started, busy = time.perf_counter(), time.thread_time()
+            try:
+                return function(*args)
+            finally:
+                self._log[name].append((time.perf_counter() - started, time.thread_time() - busy))
+
+        return noted
+
+    @property
+    def latest(self):
+        """The worker of the newest viewport."""
+        return self.workers[-1]
+
+    def settled(self):
+        """Whether the newest viewport shows its last sample."""
+        assert "stopped" not in self.latest.text, self.latest.text
+        return not self.latest.busy and self.latest.text.startswith(f"Sample {self._samples}/")
+
+    def rest(self):
+        """Wait until the newest viewport is ready, and drawn."""
+        yield 0.5
+        yield self.settled
+        yield 0.5
+
+
 class Driver:
     """Takes one step after another; a step yields seconds to wait, or a function that is true when the wait is over.
 
-    The window is closed after the last step, whatever happened; `log` is then written to ``log.json``.
+    The window is closed after the last step; `log` is then written to ``log.json``, with "stopped" where a step failed.
     """
 
     def __init__(self, steps, log):
@@ -92,16 +148,20 @@ class Driver:
                 self._waited += min(now - self._looked, 1.0)  # the whole program may have been stopped meanwhile
                 self._looked = now
                 if self._waited > LIMIT:
-                    raise TimeoutError(f"waited {LIMIT:.0f} s in vain; so far {self._log}")
+                    raise TimeoutError(f"waited {LIMIT:.0f} s in vain in line {self._steps.gi_frame.f_lineno}")
                 return LOOK_EVERY
             wait = next(self._steps)
         except StopIteration:
-            (FOLDER / "log.json").write_text(json.dumps(self._log), encoding="utf-8")
-            bpy.ops.wm.quit_blender()
+            self._end()
             return None
         except BaseException:
-            bpy.ops.wm.quit_blender()
+            self._log["stopped"] = traceback.format_exc()
+            self._end()
             raise
         self._condition = wait if callable(wait) else None
         self._waited, self._looked = 0.0, time.perf_counter()
         return LOOK_EVERY if callable(wait) else wait
+
+    def _end(self):
+        (FOLDER / "log.json").write_text(json.dumps(self._log), encoding="utf-8")
+        bpy.ops.wm.quit_blender()

@@ -19,13 +19,12 @@ import numpy as np
 from mathutils import Quaternion
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, View, shot
+from driver import Driver, View, Viewports, shot
 
 COUNT = int(sys.argv[-1])
 SAMPLES = 4
 MOST_OBJECTS = 16
 log = {"update": [], "draw": [], "first": [], "cancel": [], "compile": [], "megabytes": [], "pauses": []}
-workers = []
 view = View()
 rng = random.Random(7)
 
@@ -35,24 +34,9 @@ rng = random.Random(7)
 
 def watch(module):
     """Note how long Blender waits for Zraka, and how long Zraka takes to begin with what is newly wanted."""
-
-    def timed(name, function):
-        def noted(self, *args):
-            started, busy = time.perf_counter(), time.thread_time()
-            try:
-                return function(self, *args)
-            finally:
-                log[name].append((time.perf_counter() - started, time.thread_time() - busy))
-
-        return noted
-
-    viewport, worker = module.Viewport, module.Worker
-    made, want, attempt, show = viewport.__init__, worker.want, worker._try, worker._show
+    viewports, worker = Viewports(module.Viewport, SAMPLES, log), module.Worker
+    want, attempt, show = worker.want, worker._try, worker._show
     asked = {}
-
-    def note_made(self, engine):
-        made(self, engine)
-        workers.append(self._worker)
 
     def note_want(self, job):
         asked[self] = time.perf_counter(), self.busy, job
@@ -71,9 +55,9 @@ def watch(module):
             log["first"].append(time.perf_counter() - when)
             asked[self] = when, False, None
 
-    viewport.__init__, worker.want, worker._try, worker._show = note_made, note_want, note_attempt, note_show
-    viewport.update, viewport.draw = timed("update", viewport.update), timed("draw", viewport.draw)
-    worker._compile = timed("compile", worker._compile)
+    worker.want, worker._try, worker._show = note_want, note_attempt, note_show
+    worker._compile = viewports.timed("compile", worker._compile)
+    return viewports
 
 
 def ticks():
@@ -87,20 +71,6 @@ def ticks():
         return 0.01
 
     return tick
-
-
-def settled():
-    """Whether the newest viewport shows its last sample."""
-    worker = workers[-1]
-    assert "stopped" not in worker.text, worker.text
-    return not worker.busy and worker.text.startswith(f"Sample {SAMPLES}/")
-
-
-def rest():
-    """Wait until the viewport is ready, and drawn."""
-    yield 0.5
-    yield settled
-    yield 0.5
 
 
 def megabytes():
@@ -297,14 +267,14 @@ def steps():
     threads = [thread.name for thread in threading.enumerate()]
     log["began"] = "Zraka viewport" in threads
     # Only now: what watches reads the modules too.
-    watch(sys.modules["bl_ext.user_default.zraka.addon.viewport.viewport"])
-    yield from fresh()
+    viewports = watch(sys.modules["bl_ext.user_default.zraka.addon.viewport.viewport"])
+    yield from fresh(viewports)
     region = view.region
     log["region"] = [region.width, region.height]
-    yield from orbits()
+    yield from orbits(viewports)
     for number in range(COUNT):
         if number == COUNT // 5:
-            yield from rest()
+            yield from viewports.rest()
             log["megabytes"].append(megabytes())
         with view.override():
             if bpy.context.object is not None and bpy.context.object.mode != "OBJECT":  # an undo led there
@@ -316,39 +286,39 @@ def steps():
         yield rng.choice((0.0, 0.02, 0.1, 0.3))
     if bpy.context.scene.zraka.method == "PHONG":
         bpy.context.scene.zraka.method = "PATHTRACE"
-    yield from rest()
+    yield from viewports.rest()
     log["megabytes"].append(megabytes())
     log["threads"] = sum(thread.name == "Zraka viewport" for thread in threading.enumerate())
     shot("edited")
-    edited = workers[-1].picture.pixels.copy()
-    yield from fresh()
+    edited = viewports.latest.picture.pixels.copy()
+    yield from fresh(viewports)
     shot("fresh")
-    anew = workers[-1].picture.pixels
+    anew = viewports.latest.picture.pixels
     log["mean"] = float(anew[..., :3].mean())
     log["different"] = float((np.abs(edited - anew) > 1e-4 * (1 + np.abs(anew))).any(axis=2).mean())
 
 
-def fresh():
+def fresh(viewports):
     """Rendered shading from its beginning."""
-    count = len(workers)
+    count = len(viewports.workers)
     view.space.shading.type = "SOLID"
     yield 0.5
     view.space.shading.type = "RENDERED"
-    yield lambda: len(workers) > count and workers[-1].picture is not None
-    yield from rest()
+    yield lambda: len(viewports.workers) > count and viewports.latest.picture is not None
+    yield from viewports.rest()
 
 
-def orbits():
+def orbits(viewports):
     """The first picture after the view turned, by ray casting."""
     bpy.context.scene.zraka.method = "RAYCAST"
-    yield from rest()
+    yield from viewports.rest()
     log["first"].clear()
     for _ in range(20):
         view.space.region_3d.view_rotation @= Quaternion((0, 1, 0), 0.02)
         yield 0.5
     log["first_of_orbits"] = list(log["first"])
     bpy.context.scene.zraka.method = "PATHTRACE"
-    yield from rest()
+    yield from viewports.rest()
 
 
 Driver(steps(), log).start()

@@ -7,75 +7,54 @@
 from __future__ import annotations
 
 import sys
-import time
 from pathlib import Path
 
 import bpy
 from mathutils import Quaternion
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import FOLDER, Driver, View
+from driver import FOLDER, Driver, View, Viewports
 
 FILES = sys.argv[sys.argv.index(str(FOLDER)) + 1 :]
-log = {}
-calls = {}
+SAMPLES = 1
+log = {"update": [], "draw": []}
 view = View()
 
 
-def watch(viewport):
-    """Note the seconds of processor time of each update and each redraw."""
-
-    def timed(name):
-        function = getattr(viewport, name)
-
-        def noted(self, *args):
-            busy = time.thread_time()
-            try:
-                return function(self, *args)
-            finally:
-                calls[name].append(time.thread_time() - busy)
-
-        setattr(viewport, name, noted)
-
-    timed("update")
-    timed("draw")
-
-
 def steps():
-    global calls
     bpy.context.preferences.view.show_splash = False
     bpy.context.preferences.system.viewport_aa = "OFF"
     yield 1.0
-    calls = {"update": [], "draw": []}
     bpy.context.scene.render.engine = "ZRAKA"
     view.bare()
     view.space.shading.type = "RENDERED"
     yield lambda: "bl_ext.user_default.zraka.addon.viewport.viewport" in sys.modules
     yield 5.0  # until all is read
-    watch(sys.modules["bl_ext.user_default.zraka.addon.viewport.viewport"].Viewport)
+    viewports = Viewports(sys.modules["bl_ext.user_default.zraka.addon.viewport.viewport"].Viewport, SAMPLES, log)
     for file in FILES:
         view.space.shading.type = "SOLID"
         bpy.ops.wm.open_mainfile(filepath=file, load_ui=False)
         yield 0.5
-        log[file] = calls = {"update": [], "draw": [], "moves": 0}
-        yield from edits()
+        log["update"], log["draw"] = [], []
+        yield from edits(viewports)
+        log[file] = {name: [busy for _, busy in log[name]] for name in ("update", "draw")}
 
 
-def edits():
+def edits(viewports):
     """The first picture, turns, moves of objects, changes of materials, a selection, an object that is hidden."""
     scene = bpy.context.scene
     scene.render.engine = "ZRAKA"
-    scene.zraka.viewport_samples = 1
+    scene.zraka.viewport_samples = SAMPLES
+    count = len(viewports.workers)
     view.space.shading.type = "RENDERED"
-    yield lambda: len(calls["draw"]) > 2
-    yield 1.0
+    yield lambda: len(viewports.workers) > count
+    yield from viewports.rest()
     for _ in range(5):
         view.space.region_3d.view_rotation @= Quaternion((0, 1, 0), 0.02)
         yield 0.2
     names = [o.name for o in scene.objects if o.type == "MESH"][:5]
     for name in (names * 5)[:5]:
         bpy.data.objects[name].location.x += 0.01
-        calls["moves"] += 1
         yield 0.2
     for material in [m for m in bpy.data.materials if m.node_tree][:3]:
         for node in material.node_tree.nodes:

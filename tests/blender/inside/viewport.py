@@ -17,13 +17,13 @@ import bpy
 from mathutils import Matrix, Quaternion
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import FOLDER, Driver, View, shot
+from driver import FOLDER, Driver, View, Viewports, shot
 
 module = importlib.import_module("bl_ext.user_default.zraka.addon.viewport.viewport")
 METHODS = ("PHONG", "RAYCAST", "RAYTRACE", "PATHTRACE")
 SAMPLES = 4
 log = {"update": [], "draw": [], "exports": 0, "latency": {}, "region": None}
-viewports = []
+viewports = None
 
 
 # -- what is watched ---------------------------------------------------------------------------------------------------
@@ -31,28 +31,14 @@ viewports = []
 
 def watch():
     """Note how long Blender waits for us, how often the scene is exported, and which viewports there are."""
+    export = module.Viewport._export
 
-    def timed(name, function):
-        def noted(self, context, depsgraph):
-            started, busy = time.perf_counter(), time.thread_time()
-            function(self, context, depsgraph)
-            log[name].append((time.perf_counter() - started, time.thread_time() - busy))
-
-        return noted
-
-    made, export = module.Viewport.__init__, module.Viewport._export
-
-    def note_made(self, engine):
-        made(self, engine)
-        viewports.append(self._worker)
-
-    def note_export(self, context, depsgraph):
+    def note_export(*args):
         log["exports"] += 1
-        return export(self, context, depsgraph)
+        return export(*args)
 
-    module.Viewport.__init__, module.Viewport._export = note_made, note_export
-    module.Viewport.update = timed("update", module.Viewport.update)
-    module.Viewport.draw = timed("draw", module.Viewport.draw)
+    module.Viewport._export = note_export
+    return Viewports(module.Viewport, SAMPLES, log)
 
 
 def threads():
@@ -60,23 +46,9 @@ def threads():
     return sum(thread.name == "Zraka viewport" for thread in threading.enumerate())
 
 
-def settled():
-    """Whether the newest viewport shows its last sample."""
-    worker = viewports[-1]
-    assert "stopped" not in worker.text, worker.text
-    return not worker.busy and worker.text.startswith(f"Sample {SAMPLES}/")
-
-
-def rest():
-    """Wait until the viewport is ready, and drawn."""
-    yield 0.5
-    yield settled
-    yield 0.5
-
-
 def first_picture(name):
     """Wait for the next picture, and note how long it took."""
-    worker, before, started = viewports[-1], viewports[-1].picture, time.perf_counter()
+    worker, before, started = viewports.latest, viewports.latest.picture, time.perf_counter()
     arrived = []
     show = worker._show
 
@@ -97,6 +69,7 @@ view = View()
 
 
 def steps():
+    global viewports
     bpy.context.preferences.view.show_splash = False
     bpy.context.preferences.system.viewport_aa = "OFF"
     yield 1.0
@@ -104,7 +77,7 @@ def steps():
     scene.render.engine = "ZRAKA"
     scene.zraka.samples = scene.zraka.viewport_samples = SAMPLES
     view.bare()
-    watch()
+    viewports = watch()
     yield 0.5
     yield from shows_what_f12_shows(scene)
     yield from orbits(scene)
@@ -124,23 +97,23 @@ def shows_what_f12_shows(scene):
     data.view_distance = 2.5
     data.view_rotation = scene.camera.matrix_world.to_quaternion() @ Quaternion((0, 1, 0), 0.2)
     space.shading.type = "RENDERED"
-    yield lambda: viewports and viewports[-1].picture
-    yield from rest()
+    yield lambda: viewports.workers and viewports.latest.picture
+    yield from viewports.rest()
     region = view.region
     log["region"] = [region.x, region.y, region.width, region.height]
     for method in METHODS:
         scene.zraka.method = method
         scene.update_tag()  # as the panel's buttons do
-        yield from rest()
+        yield from viewports.rest()
         shot(f"viewport-{method}")
     render_view(scene, "perspective")
     shot("viewport-perspective")
     data.view_perspective = "ORTHO"
-    yield from rest()
+    yield from viewports.rest()
     shot("viewport-orthographic")
     render_view(scene, "orthographic")
     data.view_perspective = "PERSP"
-    yield from rest()
+    yield from viewports.rest()
 
 
 def render_view(scene, name):
@@ -176,16 +149,16 @@ def orbits(scene):
     for method in ("PATHTRACE", "RAYCAST"):
         scene.zraka.method = method
         scene.update_tag()
-        yield from rest()
+        yield from viewports.rest()
         for _ in range(5):
             view.space.region_3d.view_rotation @= Quaternion((0, 1, 0), 0.05)
             yield from first_picture(method)
             yield 0.1
-        yield from rest()
+        yield from viewports.rest()
     shot("orbited")
     exports = log["exports"]
     view.space.region_3d.view_rotation @= Quaternion((0, 1, 0), -0.25)
-    yield from rest()
+    yield from viewports.rest()
     log["exports_of_a_view"] = log["exports"] - exports
 
 
@@ -195,7 +168,7 @@ def edits():
         bpy.ops.object.mode_set(mode="OBJECT") if bpy.context.object else None
         bpy.ops.object.select_all(action="DESELECT")
         bpy.ops.ed.undo_push(message="Start")
-    yield from rest()
+    yield from viewports.rest()
     exports = log["exports"]
     with view.override():
         bpy.data.objects["Tall box"].select_set(True)
@@ -207,17 +180,17 @@ def edits():
     bpy.data.objects["Tall box"].active_material = material
     shader = next(node for node in material.node_tree.nodes if node.type.startswith("BSDF"))
     shader.inputs[0].default_value = (0.8, 0.02, 0.02, 1)
-    yield from rest()
+    yield from viewports.rest()
     shot("red")
     with view.override():
         bpy.ops.ed.undo_push(message="Red")
         bpy.ops.object.delete()
         bpy.ops.ed.undo_push(message="Delete")
-    yield from rest()
+    yield from viewports.rest()
     shot("deleted")
     with view.override():
         bpy.ops.ed.undo()
-    yield from rest()
+    yield from viewports.rest()
     shot("undone")
 
 
@@ -228,19 +201,19 @@ def borders(scene):
     space.use_render_border = True
     space.render_border_min_x, space.render_border_max_x = 0.25, 0.75
     space.render_border_min_y, space.render_border_max_y = 0.25, 0.75
-    yield from rest()
+    yield from viewports.rest()
     shot("border")
     space.use_render_border = False
     space.region_3d.view_perspective = "CAMERA"
-    yield from rest()
+    yield from viewports.rest()
     shot("camera")
     scene.render.use_border = True
     scene.render.border_min_x, scene.render.border_max_x = 0.5, 1.0
     scene.render.border_min_y, scene.render.border_max_y = 0.0, 0.5
-    yield from rest()
+    yield from viewports.rest()
     shot("camera-border")
     scene.render.use_border = False
-    yield from rest()
+    yield from viewports.rest()
 
 
 def switches(scene):
@@ -256,12 +229,12 @@ def switches(scene):
         log[f"threads_in_{engine}"] = threads()
         scene.render.engine = "ZRAKA"
         yield 1.0
-        yield from rest()
+        yield from viewports.rest()
     shot("back")
     with view.override():
         bpy.ops.screen.region_quadview()
     yield lambda: threads() == 4
-    yield lambda: all(not worker.busy for worker in viewports)
+    yield lambda: all(not worker.busy for worker in viewports.workers)
     yield 1.0
     shot("quad")
     with view.override():
@@ -269,15 +242,15 @@ def switches(scene):
     yield lambda: threads() == 1
     with view.override():
         bpy.ops.object.mode_set(mode="EDIT")
-    yield from rest()
+    yield from viewports.rest()
     with view.override():
         bpy.ops.object.mode_set(mode="OBJECT")
         bpy.ops.view3d.localview()
-    yield from rest()
+    yield from viewports.rest()
     shot("local")
     with view.override():
         bpy.ops.view3d.localview()
-    yield from rest()
+    yield from viewports.rest()
 
 
 def many_edits(scene):
@@ -306,7 +279,7 @@ def many_edits(scene):
             if bpy.ops.ed.undo.poll():
                 bpy.ops.ed.undo()
         yield 0.02
-    yield from rest()
+    yield from viewports.rest()
     shot("many")
     log["threads_after_edits"] = threads()
 
@@ -321,7 +294,7 @@ def loads():
     log["threads_after_load"] = threads()
     bpy.context.scene.render.engine = "ZRAKA"
     view.space.shading.type = "RENDERED"
-    yield lambda: viewports[-1].picture is not None and viewports[-1].busy
+    yield lambda: viewports.latest.picture is not None and viewports.latest.busy
     yield 1.0
     shot("loaded")
 
