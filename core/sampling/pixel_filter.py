@@ -7,6 +7,8 @@ Sampling", IEEE Symposium on Interactive Ray Tracing, 2006. Shapes and widths ar
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 FILTERS = ("box", "gaussian", "blackman_harris")
@@ -73,6 +75,7 @@ class PixelFilter:
                 np.take(self._places, cell, out=row, mode="clip")
 
 
+@lru_cache(maxsize=4)
 def pixel_filter(kind, width):
     """A `PixelFilter`; None for the box, which leaves the samples where they are."""
     filter_profile(kind, width)
