@@ -16,12 +16,14 @@ class LampNodes:
     """What a lamp's light is multiplied with: a graph over the places where rays meet the lamp.
 
     `shader` is a `Material` of which only the emission counts. `transform` is a (4, 4) float64 matrix, the lamp's space
-    to the world; what nodes ask of objects is `info`.
+    to the world; what nodes ask of objects is `info`. With `in_world` object and generated coordinates are the world's,
+    and reflection is the direction to where the light goes.
     """
 
     shader: object
     transform: np.ndarray = field(default_factory=lambda: np.eye(4))
     info: ObjectInfo = field(default_factory=ObjectInfo)
+    in_world: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,3 +94,10 @@ class AreaLight:
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight
+
+
+def has_extent(light):
+    """Whether rays can meet the light."""
+    if isinstance(light, SunLight):
+        return light.angle > 0
+    return isinstance(light, AreaLight) or light.radius > 0

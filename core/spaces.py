@@ -62,7 +62,8 @@ class View:
     to_camera, to_world : (12, 1) float32
         Rows of 3 x 4 matrices; camera space has Y up and looks along +Z.
     origin : (3, 1) float32
-    is_perspective : bool
+    is_perspective, is_parallel : bool
+        Which projection it has; neither is true of panoramas.
     pixel : (float, float)
         Width and height of a pixel as shares of the frame's.
     """
@@ -81,6 +82,7 @@ class View:
         matrix[:3, 2] *= -1
         self.to_camera, self.to_world = rows_of(np.linalg.inv(matrix)), rows_of(matrix)
         self.is_perspective = camera.projection == "PERSPECTIVE"
+        self.is_parallel = camera.projection == "ORTHOGRAPHIC"
         self._panorama = camera.panorama if camera.projection == "PANORAMIC" else None
         self._clip_start = float(camera.clip_start)
         self._window = tuple(float(x) for x in camera.window)

@@ -8,7 +8,7 @@ import numpy as np
 from ...core import scene as description
 from ...core.visibility import LAMP
 from .graph import GraphReader
-from .versions import casts_shadow, exposure, normalizes, shader_tree, temperature_color
+from .versions import casts_shadow, exposure, lamps_in_world, normalizes, shader_tree, temperature_color
 
 
 def export_light(light, transform, name, shader, diagnostics, visibility=LAMP, info=None):
@@ -42,7 +42,8 @@ def export_light(light, transform, name, shader, diagnostics, visibility=LAMP, i
     common = {"normalize": normalizes(light), "casts_shadow": casts_shadow(light), "name": name}
     common["visibility"] = visibility
     if factor is None:
-        common["nodes"] = description.LampNodes(shader, transform, description.ObjectInfo() if info is None else info())
+        asked = description.ObjectInfo() if info is None else info()
+        common["nodes"] = description.LampNodes(shader, transform, asked, lamps_in_world())
     position = tuple(float(v) for v in transform[:3, 3])
     direction = _unit(-transform[:3, 2])
     if light.type == "SUN":

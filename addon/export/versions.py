@@ -37,6 +37,11 @@ def normalizes(light):
     return getattr(light, "normalize", True)
 
 
+def lamps_in_world():
+    """Whether Cycles tells nodes of lamps places in the world, not in the lamp's space; in 4.2 and 4.3, not in 4.5."""
+    return bpy.app.version < (4, 4)
+
+
 def alpha_mode(image, stored):
     """How an image's colours go with alpha, as Cycles takes it.
 

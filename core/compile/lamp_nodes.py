@@ -64,7 +64,7 @@ def compile_lamp(light, diagnostics):
     """Constant factor (3,) of the light of a `core.scene.Light`, and the `Code` of its nodes, None of a constant."""
     if light.nodes is None:
         return np.ones(3), None
-    shader = _with_coordinates(light.nodes.shader)
+    shader = _with_coordinates(light.nodes.shader, light.nodes.in_world)
     program, _ = compile_program(shader, diagnostics, "light")
     code = program.emission
     if code is None:
@@ -90,14 +90,19 @@ def shaded_lights(source, lamps, geometry):
     return ShadedLights(source, LampShader(code, table, form, seen), receivers)
 
 
-def _with_coordinates(shader):
-    """`shader` with the lamp's own space for generated coordinates, as in Cycles."""
-    source = Link(len(shader.nodes), "object")
-    own = {number for number, node in enumerate(shader.nodes) if node.op == "tex_coord"}
+def _with_coordinates(shader, in_world):
+    """`shader` with the lamp's own space for generated coordinates, or the world's for these and others."""
+    added = Node("geometry" if in_world else "tex_coord")
+    source = Link(len(shader.nodes), "position" if in_world else "object")
+    others = {"generated": source}
+    if in_world:
+        others |= {"object": source, "reflection": Link(len(shader.nodes), "incoming")}
 
     def moved(value):
-        is_generated = isinstance(value, Link) and value.output == "generated" and value.node in own
-        return source if is_generated else value
+        node = shader.nodes[value.node] if isinstance(value, Link) else None
+        if node is None or node.op != "tex_coord" or (value.output == "object" and "matrix" in node.properties):
+            return value
+        return others.get(value.output, value)
 
     nodes = []
     for node in shader.nodes:
@@ -105,7 +110,7 @@ def _with_coordinates(shader):
         if takes_generated(node):
             inputs["vector"] = source
         nodes.append(replace(node, inputs=inputs))
-    return replace(shader, nodes=(*nodes, Node("tex_coord")))
+    return replace(shader, nodes=(*nodes, added))
 
 
 def _reads(shader, output):

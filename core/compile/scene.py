@@ -11,13 +11,16 @@ import numpy as np
 
 from ..accel import Accel, Hits
 from ..arena import Arena
+from ..bsdf.base import Lobe
 from ..camera import CameraRays, check_camera
 from ..geometry import NORMAL
 from ..interaction import make_interact
+from ..light_description import has_extent
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, Context
 from ..nodes.probe import PROBING, Probe
 from ..sampling.sampler import Sampler
 from ..spaces import View
+from ..visibility import Rays
 from .again import asks_for_camera, exchanged, same_lights, same_shapes
 from .features import Feature, features_of, names
 from .geometry import compile_geometry
@@ -28,6 +31,7 @@ from .needs import needs_of
 from .objects import compile_objects
 from .visibility import SceneVisibility
 
+_SHARP = Lobe.DELTA | Lobe.TRANSMISSION
 _MEAN_POINTS = 4096  # points at which a textured emitter's mean radiance is estimated
 
 
@@ -140,11 +144,25 @@ class CompiledScene:
             diagnostics.warn("objects that are holdouts are rendered as any other by this method")
         if settings.method in ("phong", "raycast") and self.transparent_prim.any():
             diagnostics.warn("transparent surfaces hide what is behind them by this method; ray tracing shows it")
+        if settings.method != "pathtrace":
+            self._say_what_is_not_mirrored(settings, diagnostics)
         if self.accel.strands_missed:
             diagnostics.warn("hair and curves are not rendered: Embree's curves cannot be reached here")
         cuts = settings.transparent_film and settings.method == "pathtrace"
         if not cuts and any(p.holdout is not None for p in programs):
             diagnostics.warn("holdouts are black; they cut holes only in path tracing, before a transparent film")
+
+    def _say_what_is_not_mirrored(self, settings, diagnostics):
+        """Of the classic methods: what would be black, or missing, without a word."""
+        lobes = [lobe.flags for p in self.materials.programs for lobe in p.mixture.lobes if lobe.flags & _SHARP]
+        sharp = any(Lobe.DIFFUSE not in flags for flags in lobes)
+        if sharp and (settings.method != "raytrace" or settings.depth == 1):
+            diagnostics.warn("mirrors and glass show highlights alone by this method; ray tracing shows more")
+        elif sharp and 0 in (settings.glossy_bounces, settings.transmission_bounces):
+            diagnostics.warn("mirrors or glass show highlights alone: their bounces are limited to 0")
+        asking = Rays.CAMERA | (Rays.GLOSSY | Rays.TRANSMISSION) * (sharp and settings.method == "raytrace")
+        if any(has_extent(light) and light.visibility.rays & asking for light in self.described.lights):
+            diagnostics.warn("lamps are not seen by this method, neither by the camera nor in mirrors and glass")
 
     def _with_new_places(self, before):
         """The geometry of `before`, whose tables it takes over, where objects only moved; else None."""

@@ -24,7 +24,7 @@ def compile_world(world, diagnostics, view=None):
     """
     if world.surface is None:
         return _constant(world.radiance, world, diagnostics)
-    if view is not None and not view.is_perspective and _reads_window(world):
+    if view is not None and view.is_parallel and _reads_window(world):
         diagnostics.warn("window coordinates of a world are those of its middle", f"world '{world.name}'")
     program, _ = compile_program(over_directions(world), diagnostics, "world")
     code = program.emission

@@ -16,7 +16,8 @@ Where a lamp's nodes differ by place or direction, E is multiplied with what the
 from nine of its points, the mean.
 
 The expressions with A/π are exact above the centre of a disk. How flat an emitter is, abs(Σ n·A)/ΣA, is 1 for a plane
-and 0 for a closed body and blends the two.
+and 0 for a closed body and blends the two. In a closed body light comes from all sides: nearer to its middle than its
+triangles' planes, where E has reached π·L, it comes from straight above each surface, and nothing shades it.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ import numpy as np
 from ..vecmath import dot
 from .base import NEAREST_SQUARED, towards
 
+_WITHIN = 0.999  # of the distance to the nearest plane: what shines is not within itself
 _EMITTER_MARGIN = 1e-3  # share of the distance at which a shadow ray to a flat emitter ends early
 
 
@@ -62,10 +64,12 @@ class ClassicLights:
         """What light number `k` comes from."""
         return self._lights[k].emitter
 
-    def illuminate(self, k, p, arena):
-        """Light number `k` at points `p` (3, N)."""
+    def illuminate(self, k, p, arena, n=None):
+        """Light number `k` at points `p` (3, N), of normals `n` (3, N) where bodies that shine are to light inwards."""
         light = self._lights[k]
         found = light.illuminate(p, arena)
+        if light.hollow > 0 and n is not None:
+            np.copyto(found.wi, n, where=found.distance < light.hollow)
         if light.shade is not None:
             with arena.frame():
                 said = light.shade(p, found.wi, found.distance, arena)
@@ -98,11 +102,14 @@ class LocalLight:
         ``profile(wi, arena) -> (N,)``, dependence on the direction.
     margin, relative_margin : float
         By how much shadow rays end before `position`, in length and as a share of the distance.
+    hollow : float
+        Distance from `position` below which points are within what shines.
     """
 
     casts_shadow = True
     emitter = 0
     shade = None
+    hollow = 0.0
 
     def __init__(self, position, strength, softening=0.0, nearest=0.0, profile=None, margin=0.0, relative_margin=0.0):
         self.position = np.asarray(position, np.float32).reshape(3, 1)
@@ -128,7 +135,7 @@ class LocalLight:
 class ParallelLight:
     """A pseudo-light in direction `axis` (3,), unit, of `irradiance` (3,)."""
 
-    margin = relative_margin = 0.0
+    margin = relative_margin = hollow = 0.0
 
     casts_shadow = True
     emitter = 0
@@ -190,7 +197,7 @@ def mesh_pseudo_light(corners, radiance):
         np.multiply(cosine, flatness, out=cosine)
         return np.add(cosine, 0.25 * (1.0 - flatness), out=cosine)
 
-    return LocalLight(
+    made = LocalLight(
         center,
         (radiance * areas).sum(axis=1),
         softening=flatness * area / math.pi,
@@ -199,3 +206,6 @@ def mesh_pseudo_light(corners, radiance):
         margin=(1.0 - flatness * flatness) * bound,
         relative_margin=_EMITTER_MARGIN,
     )
+    to_planes = np.abs(((v0 - center[:, None]) * scaled_normal).sum(axis=0)) / areas
+    made.hollow = _WITHIN * float(to_planes.min())
+    return made

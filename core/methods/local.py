@@ -228,7 +228,7 @@ class LocalModel(Wavefront):
         lights = self.scene.lights.classic
         for k in range(lights.count):
             with arena.frame():
-                wi, distance, irradiance = lights.illuminate(k, surface.p, arena)
+                wi, distance, irradiance = lights.illuminate(k, surface.p, arena, surface.ns)
                 value = self._reflected(k, level, surface, phong, mirror, wi, irradiance, arena)
                 if self.shadows:
                     np.multiply(value, self._seen(k, surface, value, wi, distance, ray, worker), out=value)

@@ -2,9 +2,8 @@
 """The measured rows of docs/coverage.md: every case of every kind beside Cycles.
 
 ``python -m zraka.tests.addon.coverage`` measures all, a quarter of an hour; names of sections (``lights``, ``lamps``,
-``camera``, ``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``,
-``lenses``, ``large``) choose some. Rows stand between
-``<!-- section -->`` and ``<!-- /section -->``; what is written around them stays.
+``camera``, ``visibility``, ``bounces``, ``worlds``, ``motion``, ``geometry``, ``lenses``, ``large``, ``classic``)
+choose some. Rows stand between ``<!-- section -->`` and ``<!-- /section -->``; what is written around them stays.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from . import (
     bounce_cases,
     camera_cases,
     catcher_cases,
+    classic_cases,
     geometry_cases,
     lamp_cases,
     large_cases,
@@ -105,6 +105,17 @@ def of_large(scene, case):
     return large_cases.measure(case), case.note
 
 
+def of_classic(scene, case):
+    """Of the classic methods on the other sections' scenes."""
+    found = classic_cases.measure(scene, case)
+    note = f"[{case.meaning}](classic.md#{case.meaning})"
+    if max(found.black.values()) >= 0.005:
+        note += "; black " + ", ".join(f"{100 * share:.0f}%" for share in found.black.values())
+    said = dict.fromkeys(message for messages in found.messages.values() for message in messages)
+    note += "".join(f"; “{sentence}”" for sentence in said)
+    return ", ".join(f"{value:.2f}" for value in found.means.values()), note
+
+
 SECTIONS = {
     "camera": (camera_cases.CASES, of_camera),
     "lenses": (lens_cases.CASES, of_lens),
@@ -116,6 +127,7 @@ SECTIONS = {
     "motion": (motion_cases.CASES, of_motion),
     "geometry": (geometry_cases.CASES, of_geometry),
     "large": (large_cases.CASES, of_large),
+    "classic": (classic_cases.CASES, of_classic),
 }
 
 

@@ -120,6 +120,8 @@ def prepare(scene):
     render.threads_mode, render.threads = "FIXED", 1
     render.resolution_x, render.resolution_y, render.resolution_percentage = 80, 60, 100
     scene.world = bpy.data.worlds.new("World")
+    if scene.world.node_tree is None:  # before 5.0
+        scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
     match(scene)
     scene.zraka.method, scene.zraka.samples, scene.cycles.samples = "RAYCAST", 1, 1

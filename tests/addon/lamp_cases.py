@@ -24,7 +24,8 @@ ROTATION = (0.2, 0.1, 0.5)
 class Case:
     """A lamp whose nodes ``make(tree)`` ends in a socket: a colour or value to be emitted, or a shader.
 
-    `mirror` replaces the white floor; the camera then sees the lamp itself.
+    `mirror` replaces the white floor; the camera then sees the lamp itself. `since` is the version of Blender whose
+    Cycles is followed.
     """
 
     item: str
@@ -36,6 +37,7 @@ class Case:
     mirror: bool = False
     scale: tuple = (1.0, 1.0, 1.0)
     note: str = ""
+    since: tuple = (4, 2)
 
 
 def told(node, name, scale=1.0, offset=0.0):
@@ -133,14 +135,15 @@ def background(tree):
 BALL, CONE = light_cases.BALL, light_cases.BALL | {"spot_size": math.radians(90), "spot_blend": 0.5}
 AREA = {"shape": "RECTANGLE", "size": 0.9, "size_y": 0.6}
 SOFT, ROUND = {"shadow_soft_size": 0.3}, {"shadow_soft_size": 0.3, "use_soft_falloff": False}
-NEWER = "in Blender 4.2 Cycles' is the world's"
+IN_WORLD = "in Blender 4.2 the world's, as Cycles' there"
+NEWER = {"note": "not as in Blender 4.2: see below", "since": (4, 5)}
 SUN, LENGTH = {"angle": math.radians(20)}, told("LightPath", "Ray Length", 0.5, 0.1)
 
 CASES = (
     Case("point, Light Falloff linear", "POINT", falloff("Linear"), BALL),
     *(Case(f"point at {h:g} m, Light Falloff {k.lower()}{', smooth' * bool(s)}", "POINT", falloff(k, s), BALL, h)
       for h in (0.1, 10.0) for k in ("Quadratic", "Linear", "Constant") for s in (0.0, 3.0)),
-    *(Case(f"sun, Light Falloff {k.lower()}", "SUN", falloff(k), SUN) for k in ("Linear", "Constant")),
+    *(Case(f"sun, Light Falloff {k.lower()}", "SUN", falloff(k), SUN, **NEWER) for k in ("Linear", "Constant")),
     Case("area, Light Falloff constant", "AREA", falloff("Constant"), AREA),
     Case("spot, image by UV", "SPOT", slide(), CONE),
     Case("spot, image without coordinates", "SPOT", slide(None), CONE, scale=(2.0, 2.0, 2.0)),
@@ -161,7 +164,7 @@ CASES = (
     Case("point, IES", "POINT", ies(), BALL),
     Case("point, IES, from the side", "POINT", ies(Strength=0.3), BALL, offset=1.2),
     Case("spot, IES", "SPOT", ies(), CONE),
-    Case("area, IES by Incoming", "AREA", turned_ies, AREA),
+    Case("area, IES by Incoming", "AREA", turned_ies, AREA, note="up to Blender 4.5 0.8%", since=(5, 0)),
     Case("point, Blackbody and constants", "POINT", folded, BALL),
     Case("point, Background and a shader that does not emit", "POINT", background, BALL),
     Case("area, two Emissions by Layer Weight", "AREA", mixed, AREA),
@@ -173,9 +176,9 @@ CASES = (
     Case("area, Ray Depth", "AREA", told("LightPath", "Ray Depth", 0.3), AREA),
     Case("area, Is Diffuse Ray: never", "AREA", told("LightPath", "Is Diffuse Ray", 1.0, 0.5), AREA),
     *(Case(f"{kind.lower()}, Texture Coordinate {name}", kind, told("TexCoord", name, 0.3, 0.7), settings,
-           note=NEWER if name in ("Generated", "Object", "Camera") else "")
+           **(NEWER if name == "Camera" else {"note": IN_WORLD if name in ("Generated", "Object") else ""}))
       for kind, settings in (("POINT", ROUND), ("SPOT", CONE), ("AREA", AREA), ("SUN", SUN))
-      for name in ("Generated", "Object", "Camera", "Normal")),
+      for name in ("Generated", "Object", "Camera", "Normal", "Reflection")),
     *(Case(f"{kind.lower()}, {item}", kind, make, settings)
       for kind, settings in (("POINT", ROUND), ("SPOT", CONE), ("AREA", AREA), ("SUN", SUN))
       for item, make in (("Tangent", tangent("RADIAL", "X")), ("Tangent of a UV map", tangent("UV_MAP")),

@@ -53,6 +53,34 @@ def test_a_cube_that_holds_but_a_volume_is_not_there(blender_scene):
     assert seen.messages == ["volume is not rendered yet (material 'Smoke')"]
 
 
+@pytest.mark.parametrize("method", ["PHONG", "RAYCAST", "RAYTRACE", "PATHTRACE"])
+def test_volumes_of_every_kind_are_said_once_and_not_black(blender_scene, method):
+    prepare(blender_scene)
+    primitive("plane", size=20, location=(0, 0, -2)).data.materials.append(surface("Diffuse", 0.8))
+    light(blender_scene, 3, 0.3)
+    smoke = bpy.data.materials.new("Smoke")
+    for owner, kind in ((smoke, "OutputMaterial"), (blender_scene.world, "OutputWorld")):
+        tree = owner.node_tree if kind == "OutputWorld" else tree_of(owner)
+        output = next((n for n in tree.nodes if n.type == "OUTPUT_WORLD"), None)
+        output = output or tree.nodes.new(f"ShaderNode{kind}")
+        tree.links.new(tree.nodes.new("ShaderNodeVolumePrincipled").outputs[0], output.inputs["Volume"])
+    primitive("cube", size=1.5).data.materials.append(smoke)
+    put(blender_scene, bpy.data.volumes.new("Cloud"), "Cloud")
+    blender_scene.zraka.method, blender_scene.zraka.samples = method, 4
+    with watched() as seen:
+        ours, _ = operate(blender_scene, "ZRAKA")
+    said = sorted(message for message in seen.messages if "volume" in message)
+    assert said == [
+        "volume is not rendered yet (material 'Smoke', world 'World')",
+        "volumes are not rendered yet (object 'Cloud')",
+    ]
+    outside = np.ones(ours.shape[:2], bool)
+    if method in ("PHONG", "RAYCAST"):  # there what lets light pass hides what is behind it, which is said
+        assert any("transparent surfaces hide" in message for message in seen.messages)
+        outside[8:52, 18:62] = False
+    assert ours[outside].min() > 0.3
+
+
 def test_no_material_looks_like_cycles_default(blender_scene):
     prepare(blender_scene)
     primitive("uv_sphere", radius=1.2)

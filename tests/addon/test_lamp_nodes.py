@@ -13,7 +13,12 @@ from .lamp_cases import CASES, Case, build, measure, render, told
 from .light_cases import BALL
 
 BOUND = 0.005
-EACH = [pytest.param(case, marks=[] if k % 5 == 0 else pytest.mark.slow) for k, case in enumerate(CASES)]
+OFTEN = [case.item for case in CASES[::5]]
+EACH = [
+    pytest.param(case, marks=[] if case.item in OFTEN else pytest.mark.slow)
+    for case in CASES
+    if bpy.app.version >= case.since
+]
 
 
 @pytest.mark.parametrize("case", EACH, ids=lambda case: case.item)

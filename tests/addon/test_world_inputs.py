@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 import pytest
 
 from zraka.addon.bench.engines import operate, watched
 
+from .camera_cases import KINDS, choose
 from .nodes.harness import add, compare, fresh_scene, output, signed
 
 COORDINATES = ("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection")
@@ -29,13 +31,13 @@ SHOWN = [
 ]
 
 
-def both(build, is_perspective=True):
-    """A world that shows what `build` returns, by Zraka and by Cycles, and Zraka's messages."""
+def both(build, kind="PERSP"):
+    """A world that shows what `build` returns to a kind of camera, by Zraka and by Cycles, and Zraka's messages."""
     scene = fresh_scene()
     camera = scene.camera
     camera.rotation_euler, camera.location = (1.2, 0.1, 0.4), (1, 2, 3)
-    if is_perspective:
-        camera.data.type, camera.data.lens = "PERSP", 18
+    choose(camera.data, kind)
+    camera.data.lens = 18
     scene.world = bpy.data.worlds.new("World")
     if scene.world.node_tree is None:
         scene.world.use_nodes = True
@@ -55,8 +57,16 @@ def test_agrees_with_cycles(kind, socket):
     assert messages == [] and compare(ours, theirs, 1e-3)[1] == 0
 
 
-def test_window_coordinates_of_a_world_without_perspective_are_said():
-    *_, messages = both(lambda tree: output(add(tree, "TexCoord"), "Window"), is_perspective=False)
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("PERSP", "ORTHO")])
+def test_window_coordinates_of_panoramas(kind):
+    ours, theirs, messages = both(lambda tree: output(add(tree, "TexCoord"), "Window"), kind)
+    assert messages == [] and theirs.std() > 0.1
+    assert compare(ours, theirs, 1e-3)[1] == 0
+    assert compare(np.roll(ours, 1, axis=0), theirs, 1e-3)[1] > 0.5
+
+
+def test_window_coordinates_of_a_world_seen_in_parallel_are_said():
+    *_, messages = both(lambda tree: output(add(tree, "TexCoord"), "Window"), "ORTHO")
     assert len(messages) == 1 and "window coordinates" in messages[0]
 
 

@@ -48,6 +48,16 @@ def coordinates(output, scale=1.0, shift=0.0, transform=None):
     return LampNodes(shader, np.eye(4) if transform is None else transform)
 
 
+@pytest.mark.parametrize("output", ["object", "generated"])
+def test_coordinates_in_the_world(output):
+    """The lamp's own height over itself is 0, over the world 1."""
+    transform = looking_down(z=1.0)
+    lamp = AreaLight(transform, (10.0,) * 3, (0.8, 0.8), nodes=coordinates(output, 0.3, 2.0, transform))
+    in_world = replace(lamp, nodes=replace(lamp.nodes, in_world=True))
+    own, world = (irradiance(compiled(light))[2] for light in (lamp, in_world))
+    assert world == pytest.approx(own * 2.3 / 2.0, rel=1e-5)
+
+
 def falloff(output, strength=1.0):
     shader = emitting(Link(0, output), Node("light_falloff", {"strength": strength}))
     return LampNodes(shader)

@@ -108,6 +108,21 @@ def test_closed_emitter_is_a_sphere():
     assert (np.linalg.norm(reach - np.array([[1], [2], [3]]), axis=0) > 0.4999).all()
 
 
+def test_within_a_closed_emitter_light_comes_from_all_sides():
+    """Irradiance is π·L wherever a surface looks, unshaded; outside, and on what shines, nothing changes."""
+    lights = compiled(triangles=octahedron(2.0, (0, 0, 0)), emission=(1, 2, 3))
+    p = points((0, 0, 0), (0.5, 0, 0), (0, 0.4, -1.5), (2, 0, 0), (9, 0, 0))
+    n = points((0, 0, 1), (1, 0, 0), (0, 0.6, 0.8), (1, 0, 0), (1, 0, 0))
+    wi, distance, irradiance = lights.classic.illuminate(0, p, Arena(), n)
+    np.testing.assert_array_equal(wi[:, :3], n[:, :3])
+    np.testing.assert_allclose(wi[0, 3:], -1)
+    np.testing.assert_allclose(irradiance[:, :3], math.pi * np.array([[1, 1, 1], [2, 2, 2], [3, 3, 3]]), rtol=1e-2)
+    assert (lights.classic.shadow_distance(0, distance, Arena())[:3] == 0).all()
+    outside, _, same = lights.classic.illuminate(0, p, Arena())
+    np.testing.assert_array_equal(wi[:, 3:], outside[:, 3:])
+    np.testing.assert_array_equal(irradiance, same)
+
+
 def test_flat_emitter_does_not_shadow_itself():
     lights = compiled(triangles=disk(1.0, 3.0), emission=(1, 1, 1))
     _, distance, _ = lights.classic.illuminate(0, points((0, 0, 0)), Arena())
