@@ -22,7 +22,10 @@ ALBEDO = "albedo"
 MARK = "mark"
 """A lobe's parameter: bits (1,) or (N,) uint8 that the flags of its samples have besides the lobe's own."""
 
-_OF_MIXTURE = (ALBEDO, MARK)  # what lobes do not read
+UNTESTED = "untested"
+"""A lobe's parameter: lanes (N,) bool in which light may leak through the surface, e.g. of hair."""
+
+_OF_MIXTURE = (ALBEDO, MARK, UNTESTED)  # what lobes do not read
 _TINY = 1e-20
 _BELOW_ONE = 1.0 - 2.0**-24
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
@@ -124,7 +127,7 @@ def _sample_one(entries, surface, uc, u0, u1, shares, flags, arena):
         np.bitwise_or(flags, params[MARK], out=flags)
     straight = arena.full(uc.shape, True, bool) if Lobe.STRAIGHT in lobe.flags else None
     weight = s.weight
-    keep = _on_its_side(lobe, n, surface.ng, s.wi, arena)
+    keep = _on_its_side(lobe, n, surface.ng, s.wi, arena, params.get(UNTESTED))
     if keep is not None:
         np.copyto(s.pdf, 0.0, where=np.logical_not(keep))
         weight = np.multiply(weight, keep, out=arena.empty(np.broadcast_shapes(np.shape(weight), keep.shape)))
@@ -205,11 +208,12 @@ def _sample_lanes(entry, surface, lanes, uc, u0, u1, arena):
     """`LobeSample` of one lobe over `lanes`, leaks dropped, and the lobe's colour there."""
     lobe, color, params, n = entry
     n = surface.ns if n is None else n
+    untested = _at(params[UNTESTED], lanes, arena) if UNTESTED in params else None
     params = {name: _at(value, lanes, arena) for name, value in params.items() if name not in _OF_MIXTURE}
     normal, wo = _at(n, lanes, arena), arena.take(surface.wo, lanes)
     s = lobe.sample(params, normal, wo, uc, arena.take(u0, lanes), arena.take(u1, lanes), arena)
     ng = normal if n is surface.ng else _at(surface.ng, lanes, arena)
-    keep = _on_its_side(lobe, normal, ng, s.wi, arena)
+    keep = _on_its_side(lobe, normal, ng, s.wi, arena, untested)
     if keep is not None:
         np.copyto(s.pdf, 0.0, where=np.logical_not(keep))
     return s, _at(color, lanes, arena)
@@ -218,11 +222,15 @@ def _sample_lanes(entry, surface, lanes, uc, u0, u1, arena):
 def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
     """Write f/pdf of all lobes, and their density, to the lanes whose `pdf` is neither 0 nor inf."""
     if not any(_MAY_BE_DELTA & entry[0].flags for entry in entries):
-        # A sample that failed has f = 0, so nothing is to be told apart.
-        _sum_lobes(entries, shares, surface, wi, arena, weight, pdf)
         with arena.frame():
+            failed = None
+            if surface.ns is not surface.ng or any(n is not None for _, _, _, n in entries):
+                failed = np.equal(pdf, 0.0, out=arena.empty(pdf.shape, bool))
+            _sum_lobes(entries, shares, surface, wi, arena, weight, pdf)
             density = np.maximum(pdf, _TINY, out=arena.empty(pdf.shape))
             np.divide(weight, density, out=weight)
+            if failed is not None:  # on one normal its f = 0 anyway, on turned ones another lobe may reflect from there
+                np.copyto(weight, 0.0, where=failed)
         return
     with arena.frame():
         smooth, finite = arena.empty(pdf.shape, bool), arena.empty(pdf.shape, bool)
@@ -255,7 +263,7 @@ def _eval_lobe(entry, surface, wi, arena):
     lobe, _, params, n = entry
     n = surface.ns if n is None else n
     value, pdf = lobe.eval_pdf(params, n, surface.wo, wi, arena)
-    keep = _on_its_side(lobe, n, surface.ng, wi, arena)
+    keep = _on_its_side(lobe, n, surface.ng, wi, arena, params.get(UNTESTED))
     if keep is not None:
         value, pdf = np.multiply(value, keep, out=arena.empty(value.shape)), np.multiply(pdf, keep, out=pdf)
     return value, pdf
@@ -287,19 +295,23 @@ def _choice_probabilities(entries, surface, arena):
     return shares
 
 
-def _on_its_side(lobe, n, ng, wi, arena):
-    """Lanes whose `wi` is on the side of `ng` that the lobe, with normal `n`, sent it to (bool); None when all are."""
+def _on_its_side(lobe, n, ng, wi, arena, untested=None):
+    """Lanes whose `wi` is on the side of `ng` that the lobe, with normal `n`, sent it to (bool); None when all are.
+
+    So are those that are `untested`, (N,) bool.
+    """
     if n is ng or Lobe.STRAIGHT in lobe.flags:
         return None
     keep = arena.empty(wi.shape[-1], bool)
     with arena.frame():
         side = dot(wi, ng, arena)
-        if Lobe.TRANSMISSION not in lobe.flags:
-            return np.greater(side, 0.0, out=keep)
         if Lobe.REFLECTION not in lobe.flags:
-            return np.less(side, 0.0, out=keep)
-        np.multiply(side, dot(wi, n, arena), out=side)
-        return np.greater(side, 0.0, out=keep)
+            np.less(side, 0.0, out=keep)
+        else:
+            if Lobe.TRANSMISSION in lobe.flags:
+                np.multiply(side, dot(wi, n, arena), out=side)
+            np.greater(side, 0.0, out=keep)
+        return keep if untested is None else np.logical_or(keep, untested, out=keep)
 
 
 def _at(array, lanes, arena):

@@ -16,11 +16,11 @@ from ..arena import Arena
 from ..bsdf import diffuse, toon
 from ..bsdf.base import Lobe
 from ..bsdf.bumped import SMOOTH, bumped
-from ..bsdf.mixture import Mixture
+from ..bsdf.mixture import UNTESTED, Mixture
 from ..bsdf.shading_normal import lifted_normal, unit_normal
 from ..nodes import OPERATIONS
 from ..nodes.base import Context, as_vector
-from ..nodes.closure import RAW_NORMAL, UNTURNED_NORMAL
+from ..nodes.closure import RAW_NORMAL, UNTURNED_NORMAL, on_strands, raised_normal
 from ..nodes.closures import CLOSURES
 from ..scene import Link, Node
 from .angular import tabulate
@@ -311,22 +311,25 @@ def _on_normals(build, context, inputs, lobes, turned, given, is_corrected):
 
     Diffuse reflection takes the normal as it is, the rest one that mirrors the viewer's ray to above the surface. Where
     a node has turned it, diffuse reflection is softened. All this is as in Cycles, and so is what is left of it where
-    the user wants no correction: diffuse reflection does not reach behind the surface.
+    the user wants no correction: diffuse reflection does not reach behind the surface. Hair knows nothing of it: all
+    takes the normal as it is, and light is not asked from which side of the strand it comes.
     """
     s, arena = context.surface, context.arena
     raw = unit_normal(given if turned is None else turned, s.ns, arena)
-    n = lifted_normal(raw, s.ng, s.wo, arena) if is_corrected and any(map(_is_lifted, lobes.values())) else raw
+    n = raised_normal(context, raw) if is_corrected and any(map(_is_lifted, lobes.values())) else raw
+    hair = on_strands(context)
     more = {RAW_NORMAL: raw}
     if turned is not None:
         more[UNTURNED_NORMAL] = s.ns if given is None else unit_normal(given, s.ns, arena)
     entries = build(replace(context, surface=s._replace(ns=n)), inputs | more)
     for lobe, color, params, own in entries:
-        if _is_lifted(lobe):
-            yield lobe, color, params, n if own is None else own
-        elif turned is None or not _is_diffuse(lobe):
-            yield lobe, color, params, raw if own is None else own
+        normal = own if own is not None else n if _is_lifted(lobe) else raw
+        params = params if hair is None else params | {UNTESTED: hair}
+        if turned is None or not _is_diffuse(lobe):
+            yield lobe, color, params, normal
         else:
-            yield bumped(lobe, is_corrected), color, params | {SMOOTH: s.ns}, raw if own is None else own
+            smooth = s.ns if hair is None else np.where(hair, normal, s.ns)
+            yield bumped(lobe, is_corrected), color, params | {SMOOTH: smooth}, normal
 
 
 def _product(builder, weight, factors, inputs):

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bsdf import microfacet, tangents
+from ..bsdf.shading_normal import lifted_normal
 from ..vecmath import dot
 from .geometry import lookup_tangent
 
@@ -102,6 +103,21 @@ def alpha_of(inputs, name="roughness"):
 def facing(context):
     """Cosine between view and shading normal, (N,), at least 0."""
     return np.maximum(dot(context.surface.ns, context.surface.wo, context.arena), 0)
+
+
+def on_strands(context):
+    """Lanes (N,) bool that are hair, None where the scene has none."""
+    geometry = context.geometry
+    return geometry.on_strand(context.surface.prim) if geometry is not None and geometry.segment_count else None
+
+
+def raised_normal(context, n):
+    """`lifted_normal` of the normals `n` (3, N), save on hair, whose normals stay as they are, as in Cycles."""
+    s, hair = context.surface, on_strands(context)
+    lifted = lifted_normal(n, s.ng, s.wo, context.arena)
+    if hair is not None:
+        np.copyto(lifted, n, where=hair)
+    return lifted
 
 
 def relative_index(context, ior):

@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 
 from ..bsdf import coating, dielectric, principled
-from ..bsdf.shading_normal import lifted_normal, unit_normal
+from ..bsdf.shading_normal import unit_normal
 from .base import Operation
-from .closure import RAW_NORMAL, SUBSURFACE, UNTURNED_NORMAL, Closure, is_never
+from .closure import RAW_NORMAL, SUBSURFACE, UNTURNED_NORMAL, Closure, is_never, raised_normal
 from .geometry import lookup_tangent
 
 _COATING = ("sheen_weight", "sheen_roughness", "sheen_tint", "coat_weight", "coat_roughness", "coat_ior", "coat_tint")
@@ -50,7 +50,7 @@ def _build(context, inputs, lobes, properties):
     if "sheen" in lobes and (coat_normal is not None or raw is not s.ns):
         sheen_normal = coating.sheen_normal(known, raw, coat_normal, arena)
     if coat_normal is not None and "uncorrected" not in properties:
-        coat_normal = lifted_normal(coat_normal, s.ng, s.wo, arena)
+        coat_normal = raised_normal(context, coat_normal)
     older = properties.get("older", ())
     normals = {"coat_normal": coat_normal, "sheen_normal": sheen_normal}
     found = principled.expand(known, s.front, s.wo, s.ns, arena, lobes, multiscatter, tangent, older=older, **normals)
@@ -80,13 +80,14 @@ def _cover(constants, properties):
     if is_never(constants, "sheen_weight") and is_never(constants, "coat_weight"):
         return None
     operation = "principled_cover_4" if "coat" in properties.get("older", ()) else "principled_cover"
+    operation += "_uncorrected" if "uncorrected" in properties else ""
     return operation, (*_COATING, "normal", "coat_normal")
 
 
-def _covered(context, inputs, properties, regains):
+def _covered(context, inputs, properties, regains, is_corrected):
     """Share of the light from below that sheen and coat let pass towards the viewer, (3, N).
 
-    `regains` is that of `coating.coat_layer`.
+    `regains` is that of `coating.coat_layer`; `is_corrected` raises the coat's normal as `_build` does.
     """
     s, arena = context.surface, context.arena
     below = np.ones((3, 1), np.float32)
@@ -100,7 +101,10 @@ def _covered(context, inputs, properties, regains):
         coat_normal = unit_normal(inputs["coat_normal"], n, arena) if "coat_normal" in inputs else s.ns
     x = principled.cleaned({name: inputs[name] for name in _COATING})
     _, below = coating.sheen_layer(x, coating.sheen_normal(x, n, coat_normal, arena), wo, below, arena)
-    coat_normal = n if coat_normal is None else coat_normal
+    if coat_normal is None:
+        coat_normal = n
+    elif is_corrected:
+        coat_normal = raised_normal(context, coat_normal)
     _, below = coating.coat_layer(dielectric.Rough, x, coat_normal, wo, below, arena, regains)
     return {"value": below}
 
@@ -108,12 +112,13 @@ def _covered(context, inputs, properties, regains):
 _DEFAULTS = principled.DEFAULTS
 
 OPERATIONS = {
-    name: Operation(
-        partial(_covered, regains=regains),
+    name + ending: Operation(
+        partial(_covered, regains=regains, is_corrected=not ending),
         {name: _DEFAULTS[name] for name in _COATING} | {"normal": None, "coat_normal": None},
         foldable=False,
     )
     for name, regains in (("principled_cover", True), ("principled_cover_4", False))
+    for ending in ("", "_uncorrected")
 }
 
 CLOSURES = (

@@ -11,6 +11,7 @@ from zraka.addon.export import image as export_module
 from zraka.addon.export.image import Images, export_image, frame_number, numbered
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.nodes.image_files import read_file
+from zraka.core.nodes.image_loader import load
 
 PIXEL = (0.5, 0.25, 0.125, 0.5)  # straight alpha
 
@@ -103,6 +104,19 @@ def test_a_missing_image_is_neither(saved, tmp_path):
     assert exported.pixels is None
     assert exported.filepath == ""
     assert exported.name == "picture.png"
+
+
+@pytest.mark.parametrize("content", [b"", b"no picture at all"])
+def test_an_image_without_pixels_is_magenta_and_said(saved, tmp_path, content):
+    """Blender gives an image that it cannot read the size 0 × 0; generated ones have a pixel at least."""
+    (tmp_path / "picture.png").write_bytes(content)
+    saved.reload()
+    assert tuple(saved.size) == (0, 0)
+    diagnostics = Diagnostics()
+    texels = load(export(saved), diagnostics, "material 'Test'")
+    assert texels.values.reshape(-1).tolist() == [1, 0, 1, 1]
+    (message,) = diagnostics.messages()
+    assert "picture.png" in message and "magenta" in message
 
 
 def test_images_are_exported_once_and_packed_ones_once_for_all(saved):

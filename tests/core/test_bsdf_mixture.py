@@ -78,6 +78,28 @@ def test_samples_follow_the_density(entries, degrees, ns):
     assert stat.check_sampler(sample, density, 60_000) > stat.sidak(stat.LEVEL, 16)
 
 
+@pytest.mark.parametrize("view", [-0.3, 0.02])
+def test_what_fails_counts_for_nothing_on_turned_normals(view):
+    """Where the viewer is below a lobe's normal its samples fail; others reflect what they hit, which is not theirs."""
+    count, slope = 1 << 17, np.arccos(view) - np.radians(75.0)
+    turned = np.float32([[-np.sin(slope)], [0], [np.cos(slope)]]).repeat(count, axis=1)
+    entries = [(*entry[:3], turned) for entry in (VARNISH, BASE)]
+    found, error = furnace(entries, 75.0, count)
+    alone = sum(furnace([entry], 75.0, count)[0] for entry in entries)
+    assert (np.abs(found - alone) < 4 * error + 2e-3).all()
+
+
+def test_light_leaks_through_what_is_not_tested():
+    """Of a cosine lobe turned by 60 degrees a quarter is below the surface."""
+    count = 1 << 14
+    turned = np.float32([[np.sqrt(0.75)], [0], [0.5]]).repeat(count, axis=1)
+    for untested, share in ((False, 0.75), (True, 1.0)):
+        params = {"untested": np.full(count, untested)}
+        for entries in ([(diffuse, rgb(1, 1, 1), params, turned)], [(diffuse, rgb(0.5, 0.5, 0.5), params, turned)] * 2):
+            found, error = furnace(entries, 0.0, count)
+            assert (np.abs(found - share) < 4 * error + 1e-3).all()
+
+
 def test_the_test_finds_a_wrong_choice():
     """A density that forgets the probabilities of the choice must be found."""
     entries = [VARNISH, BASE]

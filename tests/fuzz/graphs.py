@@ -10,7 +10,8 @@ from zraka.core.nodes.closures import CLOSURES
 from zraka.core.scene import Image, Link, Node
 
 # What the compiler alone puts in.
-INTERNAL = {"add", "multiply", "clamp", "complement", "principled_cover", "principled_cover_4", "displaced_normal"}
+_COVERS = ["principled_cover", "principled_cover_4", "principled_cover_uncorrected", "principled_cover_4_uncorrected"]
+INTERNAL = {"add", "multiply", "clamp", "complement", "displaced_normal", *_COVERS}
 VALUES = sorted(set(OPERATIONS) - INTERNAL)
 SURFACES = sorted(CLOSURES)
 # Operations whose results stay of the size of what they read.
@@ -176,9 +177,7 @@ _OUTPUTS = {
     "particle_info": "index random age lifetime location size velocity angular_velocity",
     "hair_info": "is_strand intercept length thickness random tangent_normal",
     "point_info": "position radius random",
-    "principled_cover": "value",
-    "principled_cover_4": "value",
-}
+} | dict.fromkeys(_COVERS, "value")
 _OUTPUTS["voronoi_4"] = _OUTPUTS["voronoi"]
 
 

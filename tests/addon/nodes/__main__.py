@@ -8,6 +8,7 @@ from pathlib import Path
 
 import bpy
 
+from . import test_probe
 from .harness import SIZE, difference
 
 HERE = Path(__file__).resolve().parent
@@ -41,6 +42,21 @@ def rows(cases):
         print(node, f"{worst[0]:.1e}", share, flush=True)
 
 
+def probed():
+    """Lines on the nodes that cast rays, whose noise is averaged out over blocks."""
+    block, samples = test_probe.BLOCK, test_probe.SAMPLES
+    yield "## Nodes that cast rays"
+    yield ""
+    yield f"Ambient Occlusion and Bevel have noise: means of blocks of {block} × {block} pixels of {samples} samples,"
+    yield "from 0 to 1 (`pytest tests/addon/nodes/test_probe.py`)."
+    yield ""
+    yield "| mode | largest difference | mean | tolerance of the largest |"
+    yield "| --- | ---: | ---: | ---: |"
+    for name, (build, other, tolerance) in test_probe.CASES.items():
+        apart, _ = test_probe.apart(test_probe.scene_of(build, other))
+        yield f"| {name} | {apart.max():.1e} | {apart.mean():.1e} | {3 * tolerance:g} |"
+
+
 def main():
     """Write the page."""
     lines = [
@@ -61,6 +77,7 @@ def main():
         lines += ["", f"## {title}", ""]
         lines += ["| node | modes | largest difference | in mode | pixels beyond | tolerance |"]
         lines += ["| --- | ---: | ---: | --- | ---: | ---: |", *rows(cases)]
+    lines += ["", *probed()]
     PAGE.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -21,6 +21,7 @@ PAGE = Path(__file__).resolve().parents[3] / "docs" / "closures.md"
 ANGLES = (0.0, 40.0, 60.0, 75.0, 85.0)
 ROUGHNESSES = (0.15, 0.4, 0.7, 1.0)
 _COLOR = (0.8, 0.5, 0.2, 1.0)
+_OTHER = (0.1, 0.3, 0.4, 1.0)
 _SAMPLES = 256
 _DARK = 0.02  # radiances below count as that bright
 
@@ -46,6 +47,22 @@ class Closure:
         def make(tree, plane):
             inputs = self.inputs | ({self.rough: roughness} if self.rough else {})
             return add(tree, self.kind, inputs, **self.properties).outputs[0]
+
+        return make
+
+
+@dataclass(frozen=True)
+class Joined(Closure):
+    """`kind` of a diffuse and a translucent closure; the input called `rough` is the factor of Mix Shader."""
+
+    def build(self, roughness):
+        """As of `Closure`."""
+
+        def make(tree, plane):
+            node = add(tree, self.kind, {self.rough: roughness} if self.rough else {})
+            for kind, color, socket in zip(("Diffuse", "Translucent"), (_COLOR, _OTHER), node.inputs[-2:], strict=True):
+                tree.links.new(add(tree, f"Bsdf{kind}", {"Color": color}).outputs[0], socket)
+            return node.outputs[0]
 
         return make
 
@@ -84,6 +101,10 @@ _TURNED = {"Anisotropic": 0.8, "Anisotropic_Rotation": 0.2}
 CLOSURES = (
     Closure("Diffuse", "BsdfDiffuse", {"Color": _COLOR}),
     Closure("Translucent", "BsdfTranslucent", {"Color": _COLOR}, rough=""),
+    Closure("Transparent", "BsdfTransparent", {"Color": _COLOR}, rough=""),
+    Closure("Emission", "Emission", {"Color": _COLOR}, rough="Strength"),
+    Joined("Mix Shader", "MixShader", rough="Fac"),
+    Joined("Add Shader", "AddShader", rough=""),
     Closure("Sheen: Microfiber", "BsdfSheen", {"Color": _COLOR}, {"distribution": "MICROFIBER"}),
     Closure("Sheen: Ashikhmin", "BsdfSheen", {"Color": _COLOR}, {"distribution": "ASHIKHMIN"}),
     Closure("Toon: Diffuse", "BsdfToon", {"Color": _COLOR, "Smooth": 0.3}, {"component": "DIFFUSE"}, "Size"),

@@ -28,6 +28,24 @@ def no_axis(tree, obj):
     return signed(tree, output(add(tree, "VectorRotate", inputs)), 0.1)
 
 
+def mapping(kind):
+    def build(tree, obj):
+        inputs = {"Vector": plane_vectors(tree)[0], "Rotation": (0.3, -0.5, 1.1), "Scale": (2.0, 0.5, -1.5)}
+        inputs |= {"Location": (0.3, -0.2, 0.1)} if kind in ("POINT", "TEXTURE") else {}
+        return signed(tree, output(add(tree, "Mapping", inputs, vector_type=kind)), 0.1)
+
+    return build
+
+
+def constant(kind, value):
+    def build(tree, obj):
+        node = tree.nodes.new(kind)
+        node.outputs[0].default_value = value
+        return node.outputs[0]
+
+    return build
+
+
 def normal(result):
     def build(tree, obj):
         node = add(tree, "Normal", {0: plane_vectors(tree)[0]})
@@ -93,6 +111,9 @@ VECTOR += [
 
 VECTOR += [Case(f"IES Texture: {name}", ies(name), share=0.002) for name in FILES]
 
+VECTOR += [Case(f"Mapping: {k.lower()}", mapping(k)) for k in ("POINT", "TEXTURE", "VECTOR", "NORMAL")]
+VECTOR += [Case("RGB: a colour", constant("ShaderNodeRGB", (0.2, 0.7, 1.5, 1.0)))]
+VECTOR += [Case("Value: a number", constant("ShaderNodeValue", 0.3))]
 CASES = VECTOR
 
 
