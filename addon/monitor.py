@@ -139,6 +139,7 @@ def error_picture(film):
     if not film.history or not np.isfinite(film.history[-1].error):
         return None
     step = math.ceil(math.sqrt(film.height * film.width / _MOST_PIXELS))
+    step = -(-step // film.error_step) * film.error_step
     return film.relative_pixel_error(step).astype(np.float32)
 
 

@@ -136,6 +136,11 @@ def _own_passes(settings):
                 yield Pass(name, channels, kind, guide=guide)
 
 
+def shows_errors(view_layer):
+    """Whether a pass shows the error of each pixel."""
+    return any(p.read is _error for p in passes_of(view_layer))
+
+
 def _ranks(view_layer):
     return min(view_layer.pass_cryptomatte_depth, _MOST_RANKS)
 

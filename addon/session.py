@@ -89,7 +89,8 @@ def export_job(depsgraph, camera=None, size=None, frame_set=None, cache=None, **
     if border and (border[0] >= border[2] or border[1] >= border[3]):
         raise SceneError("the render border holds no pixel; widen it or switch it off")
     guides = passes.guides_of(depsgraph)
-    settings = properties.settings_of(scene, width=width, height=height, border=border, guides=guides, **overrides)
+    own = {"guides": guides, "pixel_errors": passes.shows_errors(depsgraph.view_layer_eval)}
+    settings = properties.settings_of(scene, width=width, height=height, border=border, **own, **overrides)
     cache = cache or ExportCache()
     cache.follow(depsgraph)
     blurred = frame_set is not None and scene.render.use_motion_blur and scene.render.motion_blur_shutter > 0

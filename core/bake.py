@@ -172,7 +172,14 @@ def bake(compiled, points, plan, settings, on_pass=None, cancelled=None):
     if count == 0:
         return np.zeros((0, 4), np.float32), None
     settings = replace(
-        settings, method="pathtrace", width=count, height=1, border=None, tile=_TILE, transparent_film=False
+        settings,
+        method="pathtrace",
+        width=count,
+        height=1,
+        border=None,
+        tile=_TILE,
+        transparent_film=False,
+        pixel_errors=False,
     )
     seen = _over_texels(compiled, points)
     if not plan.traces_paths:

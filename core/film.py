@@ -26,6 +26,8 @@ _BLOCK = 8  # pixels to a side
 _BLOCKS = 256  # of a large picture, by which its error is judged
 _FLOOR_STRIDE = 5  # of the pixels that tell how bright a picture is; odd, so that it meets every column of a tile
 _REACH = 2  # pixels to each side that share their errors' squares
+_SMALL = 1 << 18  # pixels up to which a picture keeps the marks of all
+_GRID = 1 << 17  # pixels, at most, of a larger one's grid
 
 INTERVAL_95 = 2.06
 """A pixel's mean ± this many `pixel_error` holds the truth in 95% of pixels: Student's t of 25 pixels' squares."""
@@ -54,17 +56,22 @@ class Film:
         Further channels of a sample, which are no part of the picture.
     behind, compose : int, callable
         Channels between these, and what makes the picture of them: as of `core.methods.wavefront.Wavefront`.
+    pixel_errors : bool
+        Whether the error of every pixel can be asked for. Else a large picture keeps what is needed for the whole's,
+        and of every `error_step`-th pixel of every `error_step`-th row, at a tenth of the memory.
 
     Attributes
     ----------
     samples : int
         Of every pixel, after the last whole pass.
+    error_step : int
+        Distance of the pixels whose own error can be told.
     history : list of Step
         After each pass.
     stats : dict
     """
 
-    def __init__(self, width, height, alpha=False, places=None, extra=0, behind=0, compose=None):
+    def __init__(self, width, height, alpha=False, places=None, extra=0, behind=0, compose=None, pixel_errors=True):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
@@ -73,9 +80,7 @@ class Film:
         self._channels = 4 if alpha else 3
         self._behind, self._compose = behind, compose
         self._sums = zeros_on_demand((self._channels + behind + extra, total), np.float64)
-        # The mean colour of the first n/2 and n/4 samples, n the power of two that a pixel fills; that of the first n/8
-        # only of the pixels by which the error is judged: of others nobody asks for it.
-        self._marks = zeros_on_demand((2, 3, total), np.float32)
+        self.error_step = 1 if pixel_errors or total <= _SMALL else math.ceil(math.sqrt(total / _GRID))
         self._counts = zeros_on_demand((total,), np.int32)
         self._ratio = None  # of `estimate.ratio_of`, once it was seen
         self.nonfinite = 0
@@ -118,21 +123,22 @@ class Film:
                 own = self._sums[channel][where]
                 for k, block in enumerate(np.split(rows, len(samples))):
                     if k in marked and channel < 3:
-                        self._mark(channel, where, marked[k], own / marked[k])
+                        self._mark(channel, where, marked[k], own)
                     own += block
                 if not isinstance(where, slice):  # of a slice, `own` is a view
                     self._sums[channel][where] = own
             self._counts[where] += len(samples)
         return bad.size
 
-    def _mark(self, channel, where, number, mean):
+    def _mark(self, channel, where, number, sums):
         half, quarter = self._marks[:, channel]
+        rows, own = self._marked.among(where)
         if number >= 4:  # before, there is nothing to move
-            rows, judged = self._judged_among(where)
-            self._eighths[channel, rows] = quarter[judged]
+            older, judged = self._judged.among(where)
+            self._eighths[channel, older] = quarter[rows] if self._judged is self._marked else quarter[where][judged]
         if number >= 2:
-            quarter[where] = half[where]
-        half[where] = mean
+            quarter[rows] = half[rows]
+        half[rows] = sums[own] / number
 
     @cached_property
     def _blocks(self):
@@ -140,25 +146,32 @@ class Film:
         return _spread(self._order.reshape(self.height, self.width))
 
     @cached_property
+    def _grid(self):
+        """Pixels at even distances, by their numbers in the order of tracing; None where all keep their marks."""
+        step = self.error_step
+        return None if step == 1 else np.sort(self._order.reshape(self.height, self.width)[::step, ::step], axis=None)
+
+    @cached_property
+    def _marked(self):
+        """`_Some` pixels whose means at the last powers of two are kept."""
+        return _Some(None if self._grid is None else np.union1d(self._blocks, self._grid))
+
+    @cached_property
     def _judged(self):
-        """The same, each once and ascending; None for all pixels."""
-        return None if self._blocks.size == self._order.size else np.unique(self._blocks)
+        """`_Some` pixels of which the oldest of these is: of others nobody asks for it."""
+        if self._grid is not None:
+            return self._marked
+        return _Some(None if self._blocks.size == self._order.size else np.unique(self._blocks))
+
+    @cached_property
+    def _marks(self):
+        """The mean colour of the first n/2 and n/4 samples, n the power of two that a pixel fills."""
+        return zeros_on_demand((2, 3, self._marked.count(self._order.size)), np.float32)
 
     @cached_property
     def _eighths(self):
-        return np.zeros((3, self._order.size if self._judged is None else self._judged.size), np.float32)
-
-    def _judged_among(self, where):
-        """Which of the pixels `where` tell the error: (their places among all that do, themselves)."""
-        judged = self._judged
-        if judged is None:
-            return where, where
-        if isinstance(where, slice):
-            rows = slice(*np.searchsorted(judged, (where.start, where.stop)))
-            return rows, judged[rows]
-        rows = np.minimum(np.searchsorted(judged, where), judged.size - 1)
-        known = judged[rows] == where
-        return rows[known], where[known]
+        """That of the first n/8."""
+        return np.zeros((3, self._judged.count(self._order.size)), np.float32)
 
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
@@ -210,11 +223,16 @@ class Film:
 
         More pixels tell it than are judged: a small bright lamp may rule it.
         """
-        some = slice(None, None, _FLOOR_STRIDE if self._order.size > _FLOOR_STRIDE * _BLOCK**2 * _BLOCKS else 1)
+        some = self._grid
+        if some is None:
+            some = slice(None, None, _FLOOR_STRIDE if self._order.size > _FLOOR_STRIDE * _BLOCK**2 * _BLOCKS else 1)
         with self._lock:
-            counts, sums = self._counts[some], self._sums[:3, some]
+            if isinstance(some, slice):
+                counts, sums, first = self._counts[some], self._sums[:3, some], self._marks[0][:, some]
+            else:
+                counts, sums = self._counts.take(some), self._sums[:3].take(some, axis=1)
+                first = self._marks[0].take(self._marked.rows(some), axis=1)
             halves = _of_counts(counts, estimate.half_of)
-            first = self._marks[0][:, some]
             second = (sums - halves * first) / (counts - halves)
             return max(0.0, float(np.vdot(first, second)) / counts.size)
 
@@ -222,7 +240,13 @@ class Film:
         """Estimated variance (H·W,) of each pixel's luminance from its own samples alone; infinite below two.
 
         One pixel's says little; on the mean over many it is right.
+
+        Raises
+        ------
+        ValueError
+            If the film does not keep every pixel's (`error_step`).
         """
+        self._check_step(1)
         return self._variance(self._order)
 
     def pixel_error(self):
@@ -236,12 +260,23 @@ class Film:
         """`pixel_error` over the luminance, of every `step`-th pixel of every `step`-th row as if there were no others.
 
         (⌈H/step⌉, ⌈W/step⌉); 0 below two samples, and a floor below the luminance as in `core.report.error`.
+
+        Raises
+        ------
+        ValueError
+            If `step` is no multiple of `error_step`.
         """
+        self._check_step(step)
         pixels = self._order.reshape(self.height, self.width)[::step, ::step]
         with self._lock:
             bright = luminance(self._sums[:3].take(pixels, axis=1)) / np.maximum(self._counts.take(pixels), 1)
         error = _standard_error(self._variance(pixels.ravel()).reshape(pixels.shape))
         return np.where(np.isfinite(error), error, 0.0) * np.sqrt(weights(bright[..., None]))
+
+    def _check_step(self, step):
+        if step % self.error_step:
+            told = f"every {self.error_step}th pixel of every {self.error_step}th row"
+            raise ValueError(f"the film tells the error of {told} alone; make it with pixel_errors=True")
 
     def _variance(self, pixels):
         """`variance` of `pixels` (P,), by their numbers in the order of tracing."""
@@ -275,8 +310,8 @@ class Film:
         with self._lock:  # `take` is three times as fast as an index
             counts = self._counts.take(pixels)
             picture = self._sums[:3].take(pixels, axis=1)
-            half, quarter = self._marks.take(pixels, axis=2)
-            eighth = self._eighths.take(self._judged_among(pixels)[0], axis=1) if oldest else quarter
+            half, quarter = self._marks.take(self._marked.rows(pixels), axis=2)
+            eighth = self._eighths.take(self._judged.rows(pixels), axis=1) if oldest else quarter
         picture /= np.maximum(counts, 1)
         gains = np.zeros((4, pixels.size))
         for gain, first, second in zip(gains, (half, quarter, eighth), (picture, half, quarter), strict=False):
@@ -302,6 +337,38 @@ class Film:
         """`estimate.remaining` of each pixel, 0 below two samples."""
         ratio = estimate.UNSEEN_RATIO if self._ratio is None else self._ratio
         return _of_counts(counts, lambda count: estimate.remaining(count, ratio) if count > 1 else 0.0)
+
+
+class _Some:
+    """Some of a film's pixels, by their numbers in the order of tracing.
+
+    Parameters
+    ----------
+    pixels : (K,) int, optional
+        Ascending; None is all.
+    """
+
+    def __init__(self, pixels=None):
+        self._pixels = pixels
+
+    def count(self, total):
+        """How many of `total` pixels they are."""
+        return total if self._pixels is None else self._pixels.size
+
+    def rows(self, pixels):
+        """Where `pixels`, which are among them, stand."""
+        return pixels if self._pixels is None else np.searchsorted(self._pixels, pixels)
+
+    def among(self, where):
+        """Those of the pixels `where` (slice or (P,) int): (where they stand, which of `where` they are)."""
+        if self._pixels is None:
+            return where, slice(None)
+        if isinstance(where, slice):
+            rows = slice(*np.searchsorted(self._pixels, (where.start, where.stop)))
+            return rows, self._pixels[rows] - where.start
+        rows = np.minimum(np.searchsorted(self._pixels, where), self._pixels.size - 1)
+        known = np.flatnonzero(self._pixels[rows] == where)
+        return rows[known], known
 
 
 def _parts(total):

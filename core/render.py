@@ -74,10 +74,11 @@ class _Render:
         self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
         any_of = self._methods[0]
         composed = any_of.behind, any_of.compose
-        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, any_of.extra, *composed)
         self._chunk = settings.chunk or any_of.chunk
         self._waves = any_of.waves
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
+        told = settings.pixel_errors or self._adaptive
+        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, any_of.extra, *composed, told)
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
         self._idle = SimpleQueue()

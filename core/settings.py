@@ -83,6 +83,8 @@ class Settings:
         Relative error at which rendering stops; 0 is off.
     adaptive : bool
         Pixels that are noisier than others take more samples; `samples` is then the mean of all.
+    pixel_errors : bool
+        The error of every pixel can be asked for, not of some alone: 24 bytes a pixel. Adaptive sampling takes it so.
     clamp_direct, clamp_indirect : float
         Largest sum of a sample's channels; 0 is off.
     pixel_filter : {"box", "gaussian", "blackman_harris"}
@@ -120,6 +122,7 @@ class Settings:
     time_limit: float = 0.0
     noise_target: float = 0.0
     adaptive: bool = False
+    pixel_errors: bool = True
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
     pixel_filter: str = "box"

@@ -68,7 +68,7 @@ def job_of(name, folder, pixels=PIXELS):
     args = SimpleNamespace(method="pathtrace", samples=1, depth=None, threads=None, seed=None, time_limit=0)
     args.size = round(height * aspect), height
     job = headless.export(headless.load_blender(), scene, args)
-    return replace(job, settings=replace(job.settings, noise_target=0.0, adaptive=False))
+    return replace(job, settings=replace(job.settings, noise_target=0.0, adaptive=False, pixel_errors=True))
 
 
 def film_of(job, samples, seed, **settings):

@@ -8,7 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-SAMPLES = 2
+SAMPLES = 8
+"""More take no more memory: the means at the last powers of two are all there."""
 
 
 def peak_memory(path, engine, percentage=100, threads=2, size=None):

@@ -254,18 +254,21 @@ class PathTrace(SeesFilm, Wavefront):
         surface = self.scene.interact(hits, paths.o, paths.d, arena)
         last = depth == self.settings.depth - 1 and not self._last_ray_matters
         light = sampled = chance = None
+        spare = worker.states[(depth + 1) & 1]  # empty until paths go on
+        spare.reset()
         if self._has_lights:
-            u = self._numbers(Draw.LIGHT, (0, 1, 2), paths, depth, samples, arena)
+            u = self._numbers(Draw.LIGHT, (0, 1, 2), paths, depth, samples, spare)
             asking = light_ray(paths.trail, depth) if self._tells_rays else None
             light = self.scene.lights.sampler.sample(surface.p, u[0], u[1], u[2], arena, asking)
         if not last:
-            sampled = self._numbers(Draw.BSDF, self._bsdf_dimensions, paths, depth, samples, arena)
+            sampled = self._numbers(Draw.BSDF, self._bsdf_dimensions, paths, depth, samples, spare)
             if depth >= _ROULETTE_DEPTH:
-                chance = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, arena)[0]
+                chance = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, spare)[0]
         ray = paths.ray(depth, hits.t, arena)
         direct, scattered = self._shade(surface, groups, ray, light, sampled, arena)
         if direct is not None:
-            self._add_direct(paths, surface, light, direct, depth, radiance, worker)
+            with arena.frame():  # else most memory would be taken when paths go on
+                self._add_direct(paths, surface, light, direct, depth, radiance, worker)
         if scattered is None:
             return None
         return self._go_on(paths, surface, scattered, chance, depth, worker)
@@ -328,11 +331,12 @@ class PathTrace(SeesFilm, Wavefront):
         if lit.size == 0:
             return
         direct = arena.take(direct, lit)
-        wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
-        p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
-        ray = shadow_ray(arena.take(paths.trail, lit), depth) if self._tells_rays else SHADOW_RAY
-        segments = spawn_to(p, offset, ng, wi, distance, arena)
-        np.multiply(direct, self._seen(light, lit, segments, worker, ray), out=direct)
+        with arena.frame():
+            wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
+            p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
+            ray = shadow_ray(arena.take(paths.trail, lit), depth) if self._tells_rays else SHADOW_RAY
+            segments = spawn_to(p, offset, ng, wi, distance, arena)
+            np.multiply(direct, self._seen(light, lit, segments, worker, ray), out=direct)
         self._add(radiance, lit if paths.lane is None else arena.take(paths.lane, lit), direct, depth)
 
     def _seen(self, light, lanes, segments, worker, ray):

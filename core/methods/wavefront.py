@@ -148,15 +148,16 @@ class Wavefront:
         return radiance
 
     def camera_lanes(self, chunk, worker, arena):
-        """Keys, slots and rays of a chunk: (keys, slots, o, d, tmax)."""
+        """Keys, slots and rays of a chunk: (keys, slots, o, d, tmax); `arena` is not the worker's `scratch`."""
         count = len(chunk.samples)
         pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
         slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
         keys = self.scene.sampler.keys(pixels, arena)
         dimensions = self.scene.camera.dimensions
-        jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), dimensions, keys, slots, chunk.samples, arena)
-        self.place_samples(jitter, chunk)
-        return keys, slots, *self.camera_rays(pixels, jitter, worker, arena)
+        with worker.scratch.frame() as scratch:
+            jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), dimensions, keys, slots, chunk.samples, scratch)
+            self.place_samples(jitter, chunk)
+            return keys, slots, *self.camera_rays(pixels, jitter, worker, arena)
 
     def camera_rays(self, pixels, jitter, worker, arena):
         """Rays (o, d, tmax) through `pixels` (N,), at even numbers `jitter` (2 or 4, N) in them; (2, 1) is for all."""

@@ -2,9 +2,9 @@
 """What further seconds buy: a film's errors so far, carried on.
 
 The error falls as N^-a. How a shows in a film's own history is uncertain: a few doublings, each from one picture, and a
-trimmed error that stands still while fireflies still spread over new pixels. So a lies a third of the way from 1/2, where
-samples end that are many, to the median slope between the last steps (Theil and Sen), within limits. Seconds grow by
-what a sample took lately.
+trimmed error that stands still while fireflies still spread over new pixels. So a lies a third of the way from 1/2,
+where samples end that are many, to the median slope between the last steps (Theil and Sen), within limits. Seconds grow
+by what a sample took lately.
 
 Source of the slope: Sen, "Estimates of the regression coefficient based on Kendall's tau", JASA 63, 1968.
 """

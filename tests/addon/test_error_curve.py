@@ -303,6 +303,26 @@ def rendered(scene, **kwargs):
     return monitor.latest(scene.name)
 
 
+def test_errors_of_all_pixels_are_kept_for_the_pass_that_shows_them(noisy_scene):
+    assert not rendered(noisy_scene).settings.pixel_errors
+    noisy_scene.view_layers[0].zraka.use_pass_error = True
+    assert rendered(noisy_scene).settings.pixel_errors
+
+
+def test_a_large_picture_without_errors_of_all_pixels_shows_where_they_are():
+    every, some = Film(560, 500), Film(560, 500, pixel_errors=False)
+    assert some.error_step == 2
+    rng = np.random.default_rng(2)
+    for film in (every, some):
+        film.history.append(Step(2, 1.0, 0.1))
+    for number in range(2):
+        sample = rng.random((3, 280000), np.float32)
+        for film in (every, some):
+            film.add(slice(0, 280000), sample.copy(), (number,))
+    assert error_picture(every).shape == (167, 187)
+    assert error_picture(some).shape == (125, 140)
+
+
 def test_a_render_is_shown_and_kept(noisy_scene, tmp_path):
     assert not bpy.ops.zraka.error_curve.poll()
     assert not bpy.ops.zraka.error_report.poll()

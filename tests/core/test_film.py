@@ -38,6 +38,50 @@ def test_the_oldest_mark_is_kept_where_the_error_is_judged(by_slices):
     assert np.isfinite(film.error()) and np.isfinite(film.variance()).all()
 
 
+def scattered(pixel_errors, by_slices=True, size=(300, 512), samples=13):
+    """A film of a picture with a bright corner, whose pixels are traced in any order, by parts."""
+    total, rng = size[0] * size[1], np.random.default_rng(4)
+    truth = np.ones(size, np.float32)
+    truth[: size[0] // 9, : size[1] // 9] = 30.0
+    places = rng.permutation(total)
+    film = Film(size[1], size[0], places=places, pixel_errors=pixel_errors)
+    for number in range(samples):
+        colour = truth.ravel()[places] * rng.standard_gamma(2.0, (3, total)).astype(np.float32)
+        for start in range(0, total, 50_001):
+            where = slice(start, min(start + 50_001, total))
+            pixels = where if by_slices else np.arange(where.start, where.stop)
+            film.add(pixels, colour[:, where].copy(), (number,))
+    return film
+
+
+@pytest.mark.parametrize("by_slices", [True, False])
+def test_a_large_picture_need_not_keep_the_marks_of_all_pixels(by_slices, monkeypatch):
+    monkeypatch.setattr("zraka.core.film._SMALL", 1 << 17)
+    monkeypatch.setattr("zraka.core.film._GRID", 1 << 15)
+    some, every = scattered(False, by_slices), scattered(True)
+    assert (some.error_step, every.error_step) == (3, 1)
+    assert some._marks.shape[2] < 0.3 * every._marks.shape[2]
+    np.testing.assert_array_equal(some.image(), every.image())
+    np.testing.assert_array_equal(some._marks, every._marks[:, :, some._marked._pixels])
+    among = np.searchsorted(some._marked._pixels, every._judged._pixels)
+    np.testing.assert_array_equal(some._eighths[:, among], every._eighths)
+    # The picture's mean square is told by other pixels.
+    assert some.error() == pytest.approx(every.error(), rel=0.02)
+    assert some._mean_square() == pytest.approx(every._mean_square(), rel=0.05)
+    some._ratio = every._ratio
+    np.testing.assert_array_equal(some.relative_pixel_error(6), every.relative_pixel_error(6))
+
+
+def test_a_film_says_whose_error_it_does_not_tell(monkeypatch):
+    assert Film(512, 512, pixel_errors=False).error_step == 1
+    film = scattered(False, size=(520, 512), samples=2)
+    assert film.error_step == 2
+    assert film.relative_pixel_error(2).shape == (260, 256)
+    for ask in (film.variance, film.pixel_error, film.relative_pixel_error):
+        with pytest.raises(ValueError, match="pixel_errors=True"):
+            ask()
+
+
 @pytest.mark.parametrize("count", [10, 1 << 21])
 def test_memory_on_demand_is_zero_and_can_be_written(count):
     zeros = zeros_on_demand((2, count), np.float64)
