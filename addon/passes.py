@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 
 from ..core.settings import AOV_COLOR, AOV_VALUE, Guides
-from .export.versions import blends_features
+from .export.versions import blends_features, moves_background
 
 UNKNOWN = 1e10
 """The error of a pixel with too few samples to tell; as far away as Blender's nothing."""
@@ -186,6 +186,7 @@ def guides_of(depsgraph):
         mist_falloff=mist[2] if mist[2] in _FALLOFF_ENUMS else "QUADRATIC",
         levels=_ranks(view_layer),
         blends=blends_features(),
+        moves_background=moves_background(),
         indices=indices,
         assets=assets,
     )

@@ -74,6 +74,8 @@ class Image:
     linear_first : bool
         Whether sRGB texels are made linear before they are looked up and not after, as in Cycles where the colours of
         a file are not in Linear Rec.709; this takes `color_configuration`.
+    nearest : bool
+        Whether half floats are rounded to the nearest, as in Cycles since 5.1, and not towards 0.
     tiles : mapping of int to Image
         UDIM tiles by number, from 1001 on; `pixels` and `filepath` are then not read.
     """
@@ -85,6 +87,7 @@ class Image:
     alpha_mode: str = "AUTO"
     color_configuration: str = ""
     linear_first: bool = False
+    nearest: bool = False
     tiles: Mapping[int, Image] = field(default_factory=dict)
 
 

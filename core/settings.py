@@ -33,6 +33,8 @@ class Guides:
         Ranks of the mattes.
     blends : bool
         Whether what a denoiser is told goes smoothly from surfaces that show themselves to those that show others.
+    moves_background : bool
+        Whether "vector" tells how the background moves, which counts at edges; else nothing moves there.
     ambient_distance : float
         Beyond which nothing occludes.
     indices, assets : mapping of str
@@ -47,6 +49,7 @@ class Guides:
     mist_falloff: str = "QUADRATIC"
     levels: int = 6
     blends: bool = False
+    moves_background: bool = False
     ambient_distance: float = math.inf
     indices: Mapping[str, int] = field(default_factory=dict)
     assets: Mapping[str, str] = field(default_factory=dict)

@@ -141,6 +141,7 @@ def _of_file(image, path):
         alpha_mode=versions.alpha_mode(image, "AUTO"),
         color_configuration=color_configuration(),
         linear_first=versions.has_other_working_space(),
+        nearest=versions.rounds_to_nearest(),
     )
 
 
@@ -171,6 +172,7 @@ def _of_pixels(image):
         alpha_mode=versions.alpha_mode(image, "PREMUL" if image.is_float else "STRAIGHT"),
         color_configuration=color_configuration(),
         linear_first=versions.has_other_working_space(),
+        nearest=versions.rounds_to_nearest(),
     )
 
 

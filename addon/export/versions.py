@@ -52,6 +52,11 @@ def alpha_mode(image, stored):
     return image.alpha_mode if told else stored
 
 
+def rounds_to_nearest():
+    """Whether pictures that Cycles keeps in half floats are rounded to the nearest, and not towards 0; since 5.1."""
+    return bpy.app.version >= (5, 1)
+
+
 def voronoi_operation():
     """The operation of the Voronoi Texture, whose random numbers changed in 5.0."""
     return "voronoi" if bpy.app.version >= (5, 0) else "voronoi_4"
@@ -91,6 +96,11 @@ def normal_map():
 def texture_coordinate():
     """Properties of Texture Coordinate; since 5.2 a bump steps by pixels over the window, however its points lie."""
     return {"window_step": "PIXEL"} if bpy.app.version >= (5, 2) else {}
+
+
+def moves_background():
+    """Whether the Vector pass tells how the background moves before a camera that turns or zooms; since 5.2."""
+    return bpy.app.version >= (5, 2)
 
 
 def blends_features():

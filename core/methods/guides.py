@@ -200,6 +200,10 @@ class _Guides(Wavefront):
                 self._solid(hits, o, d, tmax, worker) if self._transparent else Met(self.scene, hits, o, d, arena)
             )
             self._add_solid(surfaces, solid, sums, arena)
+            if "vector" in solid and self._options.moves_background:
+                seen_nothing = seen.copy()
+                seen_nothing[surfaces.lane] = False
+                self._vectors.add_background(np.flatnonzero(seen_nothing), d, sums["vector"], arena)
         if self._aovs:
             limits = self._options.alpha_threshold, self.settings.transparent_depth
             self._shader_values.add(hits, o, d, tmax, *limits, sums, self._accel, worker)

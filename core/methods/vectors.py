@@ -13,7 +13,7 @@ from collections import defaultdict
 import numpy as np
 
 from ..scene import IDENTITY
-from ..spaces import View, rows_of, transform_point
+from ..spaces import View, rows_of, transform_direction, transform_point
 
 
 class Vectors:
@@ -41,6 +41,26 @@ class Vectors:
             there = self._seen(frame.view, frame.moved(met.surface, arena), arena)
             rows[:, met.lane] += sign * (there - now)
         sums[4, met.lane] += 1
+
+    def add_background(self, lane, d, sums, arena):
+        """Add the vectors of the background in the directions `d` (3, N) of the lanes `lane`.
+
+        Notes
+        -----
+        Of perspective cameras they are times the cosine to the view axis of each frame, for a direction is projected
+        without the division by its depth. Source: Cycles (`camera_motion_vector_direction`, `kernel/camera/camera.h`).
+        """
+        d = arena.take(d, lane)
+        now = self._seen_direction(self._geometry.view, d, arena)
+        for rows, frame, sign in ((sums[:2], self._before, 1), (sums[2:4], self._after, -1)):
+            rows[:, lane] += sign * (self._seen_direction(frame.view, d, arena) - now)
+        sums[4, lane] += 1
+
+    def _seen_direction(self, view, d, arena):
+        """Pixels (2, n) of directions, of a perspective camera times their depth."""
+        there = transform_direction(view.to_camera, d, arena)
+        pixels = view.raster(there, arena)[:2] * self._size
+        return pixels * there[2] if view.is_perspective else pixels
 
     def _seen(self, view, p, arena):
         """Pixels (2, n) in which points are seen."""

@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from .image_files import read_file
-from .image_spaces import as_halves, is_data, is_linear, is_srgb, to_scene_linear, truncated
+from .image_spaces import as_halves, is_data, is_linear, is_srgb, rounded, to_scene_linear
 from .texels import Texels
 from .tiles import Tiles
 
@@ -71,7 +71,7 @@ def _from_file(image):
         status = os.stat(image.filepath)
     except OSError:
         return _read(image)
-    settings = image.colorspace, image.alpha_mode, image.color_configuration, image.linear_first
+    settings = image.colorspace, image.alpha_mode, image.color_configuration, image.linear_first, image.nearest
     key = image.filepath, status.st_mtime_ns, status.st_size, *settings
     loaded = _by_file.pop(key, None) or _read(image)
     _by_file[key] = loaded
@@ -100,14 +100,15 @@ def _read(image):
         pixels, owned = _channels(pixels, owned)
         multiplies = straight and colored and _multiplies(image) and pixels.shape[2] == 4
         if pixels.dtype.kind == "u" and not _as_stored(image):
-            at_once = multiplies and image.pixels is not None  # before they are rounded, as in Cycles
-            pixels, owned = as_halves(pixels, image.pixels is None, at_once), True
+            nearest = image.nearest or image.pixels is None
+            at_once = multiplies and not nearest  # before they are rounded, as in Cycles
+            pixels, owned = as_halves(pixels, nearest, at_once), True
             multiplies = multiplies and not at_once
         if image.alpha_mode == "NONE" and pixels.shape[2] == 4:
             pixels, owned = pixels if owned else pixels.copy(), True
             pixels[..., 3] = _one(pixels.dtype)
         if multiplies:
-            pixels, owned = _multiplied(pixels, owned), True
+            pixels, owned = _multiplied(pixels, owned, image.nearest), True
         pixels = _finite(pixels, owned, image, messages)
         pixels = _linear(pixels, image, colored and _multiplies(image), messages)
     return _Loaded(Texels.of(pixels, _is_encoded(image), colored and _multiplies(image)), tuple(messages))
@@ -143,8 +144,8 @@ def _channels(pixels, owned):
     return out, True
 
 
-def _multiplied(pixels, owned):
-    """Colours times alpha, rounded down in the type that they are stored in."""
+def _multiplied(pixels, owned, nearest):
+    """Colours times alpha in the type that they are stored in: halves by `rounded`, whole numbers rounded down."""
     one = _one(pixels.dtype)
     if (pixels[..., 3] == one).all():
         return pixels
@@ -154,7 +155,7 @@ def _multiplied(pixels, owned):
             block[..., :3] = block[..., :3].astype(np.uint32) * block[..., 3:] // one
         else:
             product = block[..., :3].astype(np.float32) * block[..., 3:]
-            block[..., :3] = truncated(product) if out.dtype == np.float16 else product
+            block[..., :3] = rounded(product, nearest) if out.dtype == np.float16 else product
     return out
 
 
@@ -180,7 +181,8 @@ def _linear(pixels, image, multiplied, messages):
     """`pixels` made linear, unless that is done after the lookup."""
     if _as_stored(image):
         return pixels
-    linear = to_scene_linear(pixels, image.colorspace or "sRGB", image.color_configuration, multiplied)
+    space = image.colorspace or "sRGB"
+    linear = to_scene_linear(pixels, space, image.color_configuration, multiplied, image.nearest)
     if linear is None:
         space = f"colour space '{image.colorspace}' of image '{image.name}'"
         messages.append(f"{space} is not known here; it is read as linear")

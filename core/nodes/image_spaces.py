@@ -44,7 +44,7 @@ def as_halves(pixels, nearest, multiplied=False):
         values = pixels[block].astype(np.float32) / np.float32(np.iinfo(pixels.dtype).max)
         if multiplied:
             values[..., :3] *= values[..., 3:]
-        out[block] = values if nearest else truncated(values)
+        out[block] = rounded(values, nearest)
     return out
 
 
@@ -55,7 +55,12 @@ def truncated(values):
     return (values.view(np.uint32) & np.uint32(0xFFFFE000)).view(np.float32).astype(np.float16)
 
 
-def to_scene_linear(pixels, name, configuration, multiplied):
+def rounded(values, nearest):
+    """Values (float32) as halves, rounded to the nearest or towards 0."""
+    return np.clip(values, -_LARGEST, _LARGEST).astype(np.float16) if nearest else truncated(values)
+
+
+def to_scene_linear(pixels, name, configuration, multiplied, nearest=False):
     """`pixels` (H, W, 1 or 4) of space `name`, float16 or float32, as linear Rec.709 of that type; None when unknown.
 
     Parameters
@@ -64,6 +69,8 @@ def to_scene_linear(pixels, name, configuration, multiplied):
         Path of the OpenColorIO configuration that has the space.
     multiplied : bool
         Whether colours are times alpha: they are converted without it.
+    nearest : bool
+        How halves are rounded (`rounded`).
     """
     try:
         import OpenImageIO as oiio
@@ -92,7 +99,7 @@ def to_scene_linear(pixels, name, configuration, multiplied):
         if channels == 1:
             linear = linear.mean(axis=2, keepdims=True)
         linear = np.nan_to_num(linear, nan=0.0)
-        out[rows] = truncated(linear) if out.dtype == np.float16 else linear
+        out[rows] = rounded(linear, nearest) if out.dtype == np.float16 else linear
     return out
 
 

@@ -191,11 +191,14 @@ def test_transparency_becomes_alpha(ball):
 def test_the_camera_sees_gloss_from_its_side(ball):
     above = baked("ZRAKA", "GLOSSY", samples=64, pass_filter={"DIRECT"})[..., :3]
     bpy.context.scene.render.bake.view_from = "ACTIVE_CAMERA"
-    theirs, ours = (
-        baked(engine, "GLOSSY", samples=64, pass_filter={"DIRECT"})[..., :3] for engine in ("CYCLES", "ZRAKA")
-    )
-    np.testing.assert_allclose(ours.mean(axis=(0, 1)), theirs.mean(axis=(0, 1)), rtol=0.02)
+    ours = baked("ZRAKA", "GLOSSY", samples=64, pass_filter={"DIRECT"})[..., :3]
     assert np.abs(ours - above).mean() > 0.05
+    # Engines sample texels that reach beyond their triangle otherwise; of large ones that is 4% of a highlight.
+    theirs, ours = (
+        baked(engine, "GLOSSY", samples=16, side=4 * SIDE, pass_filter={"DIRECT"})[..., :3].mean(axis=(0, 1))
+        for engine in ("CYCLES", "ZRAKA")
+    )
+    np.testing.assert_allclose(ours, theirs, rtol=0.02)
 
 
 # -- the operator ------------------------------------------------------------------------------------------------------

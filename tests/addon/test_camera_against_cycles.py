@@ -59,6 +59,8 @@ def test_filtered_positions(blender_scene, case):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_window_coordinates(room, kind):
+    if bpy.app.version < (4, 5) and kind in ("FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID"):
+        pytest.skip("Cycles undid these directions wrongly until it was mended in 2024")
     choose(room.camera.data, kind)
     tree = bpy.context.object.data.materials[0].node_tree
     mapping = next(node for node in tree.nodes if node.type == "MAPPING")

@@ -33,6 +33,8 @@ def blend(blender_scene, add_camera, tmp_path):
     add_camera(blender_scene, "Other", 9.0)
     bpy.ops.mesh.primitive_plane_add(size=20)
     matte = bpy.data.materials.new("Matte")
+    if matte.node_tree is None:  # before 5.0
+        matte.use_nodes = True
     matte.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
     bpy.context.object.data.materials.append(matte)
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))

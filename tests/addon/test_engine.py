@@ -348,6 +348,8 @@ def test_a_lit_floor_by_every_method(blender_scene, add_camera, tmp_path):
     add_camera(blender_scene)
     bpy.ops.mesh.primitive_plane_add(size=20)
     matte = bpy.data.materials.new("Matte")
+    if matte.node_tree is None:  # before 5.0
+        matte.use_nodes = True
     matte.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0
     bpy.context.object.data.materials.append(matte)
     lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))

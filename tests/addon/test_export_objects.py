@@ -319,12 +319,16 @@ def test_volumes_are_said_once(scene):
     for name in "AB":
         add(scene, name, bpy.data.volumes.new(name))
     material = bpy.data.materials.new("Smoke")
+    if material.node_tree is None:  # before 5.0
+        material.use_nodes = True
     material.node_tree.nodes.clear()
     output, volume = (material.node_tree.nodes.new(f"ShaderNode{n}") for n in ("OutputMaterial", "VolumeScatter"))
     material.node_tree.links.new(volume.outputs[0], output.inputs["Volume"])
     for name in "CD":
         add(scene, name, quads()).data.materials.append(material)
     scene.world = bpy.data.worlds.new("Fog")
+    if scene.world.node_tree is None:  # before 5.0
+        scene.world.use_nodes = True
     tree = scene.world.node_tree
     output = next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
     tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])

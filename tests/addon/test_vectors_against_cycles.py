@@ -50,6 +50,21 @@ def camera_zooms(scene, plane):
     animate(scene.camera.data, "lens", 50, 55, 65)
 
 
+def camera_turns(scene, plane):
+    animate(scene.camera, "rotation_euler", (0, 0, 0), (0, 0.1, 0.2), (0.1, 0.3, 0.2))
+
+
+def turning(kind):
+    """A panorama that turns."""
+
+    def change(scene, plane):
+        panoramic(kind)(scene, plane)
+        camera_turns(scene, plane)
+
+    change.__name__ = f"{kind.lower()} turns"
+    return change
+
+
 def orthographic(scene, plane):
     scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", 5
     moves(scene, plane)
@@ -99,11 +114,13 @@ CASES = (
     bends_mirrored,
     camera_moves,
     camera_zooms,
+    camera_turns,
     orthographic,
     not_blurred,
     comes_into_sight,
     instanced,
     *map(panoramic, PANORAMAS),
+    turning("EQUIRECTANGULAR"),
 )
 
 
@@ -119,13 +136,17 @@ def scene():
     return made
 
 
+# Cycles told nothing of zooms, and undid fisheyes wrongly, until it was mended in 2024.
+OLD = () if bpy.app.version >= (4, 5) else ("camera_zooms", "fisheye_equidistant", "fisheye_equisolid")
+
+
 def vectors(scene, engine, folder):
     """The pass, (H, W, 4)."""
     found, _ = rendered(scene, engine, folder / f"{engine}.exr")
     return np.stack([found["Vector"][letter] for letter in "XYZW"], axis=-1)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+@pytest.mark.parametrize("case", [case for case in CASES if case.__name__ not in OLD], ids=lambda case: case.__name__)
 def test_as_cycles_tells(scene, case, tmp_path):
     case(scene, bpy.data.objects["Plane"])
     scene.frame_set(2)

@@ -174,11 +174,12 @@ def link(role, names, exclude, owner="Lamp"):
     return change
 
 
-def emitter(size, location, strength, shadow=False):
+def emitter(size, location, strength, shadow=False, samples=100):
     """A square that emits, with a lamp above it where its shadow is asked for."""
 
     def setup(objects):
         dim(objects)
+        bpy.context.scene.zraka.samples = samples
         objects["Mirror"].hide_render = objects["Glass"].hide_render = True
         bpy.ops.mesh.primitive_plane_add(size=size, location=location)
         bpy.context.object.name = "Emitter"
@@ -278,7 +279,7 @@ CASES = (
         Case(
             f"emitting mesh hidden from {kind} rays",
             hide("Emitter", kind),
-            emitter(1, (1.2, 0, 1.5), 20.0, kind == "shadow"),
+            emitter(1, (1.2, 0, 1.5), 20.0, kind == "shadow", 800 if kind == "camera" else 100),  # Cycles' noise
             0.01,
         )
         for kind in ("camera", "diffuse", "glossy", "shadow")

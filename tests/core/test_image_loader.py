@@ -32,6 +32,18 @@ def test_colours_are_times_alpha_unless_it_is_linked():
     assert picture[0, 0].tolist() == [200, 100, 3, 100]
 
 
+@pytest.mark.parametrize("nearest", [False, True])
+def test_halves_are_rounded_as_told(nearest):
+    picture = np.random.default_rng(3).random((4, 4, 4)).astype(np.float16)
+    image = Image("veil", picture, colorspace="Linear Rec.709", alpha_mode="STRAIGHT", nearest=nearest)
+    stored = load(image, Diagnostics(), "").values.reshape(4, 4, 4)[..., :3].astype(np.float64)
+    exact = picture[..., :3].astype(np.float64) * picture[..., 3:]
+    step = np.spacing(stored.astype(np.float16)).astype(np.float64)
+    lowest, highest = (-0.5, 0.5) if nearest else (0, 1)
+    assert ((exact - stored) / step >= lowest).all() and ((exact - stored) / step <= highest).all()
+    assert ((exact < stored).any()) == nearest
+
+
 @pytest.mark.parametrize(
     "alpha_mode, colorspace, alpha",
     [("CHANNEL_PACKED", "sRGB", 0.4), ("AUTO", "Non-Color", 0.4), ("NONE", "sRGB", 1.0), ("PREMUL", "sRGB", 0.4)],

@@ -35,7 +35,8 @@ def placed_at(x=0.0, y=0.0, turn=0.0, scale=(1, 1, 1), mesh=None, name="floor"):
 
 def vectors(before, now, after, **settings):
     """The pass, (4, SIZE, SIZE), row 0 at the bottom."""
-    guides = Guides(frozenset({"vector"}), samples=settings.get("samples", 1))
+    background = settings.pop("moves_background", False)
+    guides = Guides(frozenset({"vector"}), samples=settings.get("samples", 1), moves_background=background)
     settings = Settings(**({"width": SIZE, "height": SIZE, "samples": 1, "threads": 1} | settings), guides=guides)
     compiled = compile_scene(now, settings, Diagnostics())
     return render_guides(compiled, now, settings, around=(before, after))["vector"].reshape(4, SIZE, SIZE)
@@ -124,6 +125,24 @@ def test_edges_show_the_mean_of_what_was_met():
     np.testing.assert_allclose(found[0][moving], -0.55 * PIXEL, atol=1e-4)
     assert 16 <= moving.sum() <= 25
     assert not found[:, 0].any()
+
+
+def test_background_moves_where_it_is_told():
+    """Before a camera that zooms, times the cosine to its axis; a camera that only moves leaves it where it is."""
+    frames = [scene(c, BEHIND) for c in (view(x=-0.5), replace(view(), clip_end=1.0), view(zoom=2.0))]
+    found = vectors(*frames, moves_background=True)
+    x, y = centres()
+    cosine = 1 / np.sqrt(1 + (x**2 + y**2) * (2 / SIZE) ** 2)
+    assert not found[:2].any()
+    np.testing.assert_allclose(found[2:], np.array([-x, -y]) * cosine, atol=1e-4)
+    assert not vectors(*frames).any()
+
+
+def test_background_counts_at_edges():
+    """Half a pixel beside the floor halves its motion."""
+    before, now = (placed_at(x, mesh=quad(2)) for x in (-0.5, 0.05))
+    found = vectors(*(scene(view(), x) for x in (before, now, now)), samples=16, moves_background=True)
+    assert ((found[0] < -1e-3) & (found[0] > -0.54 * PIXEL)).any()
 
 
 def test_nothing_without_the_other_frames():

@@ -190,7 +190,7 @@ def at_frame(frame, user):
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 AT_ITS_WORD = bpy.app.version >= (5, 2)  # Cycles takes the image's alpha mode
-HALF_STEP = 0.1 if AT_ITS_WORD else 1e-3  # and rounds halves of up to 16 to the nearest
+HALF_STEP = 4e-3 if bpy.app.version >= (5, 1) else 1e-3  # between halves of up to 8, where ties go to either
 
 PLAIN = partial(file, "plain.png")
 EIGHT, SIXTEEN = partial(file, "a8.png", channels=4), partial(file, "a16.png", "uint16", 4)
