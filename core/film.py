@@ -18,12 +18,11 @@ import numpy as np
 from . import estimate
 from .arena import zeros_on_demand
 from .neighbours import box
+from .pixel_set import BLOCK, BLOCKS, PixelSet, spread
 from .report.error import weights
 from .sampling.color import luminance
 
 _PART = 1 << 16  # pixels
-_BLOCK = 8  # pixels to a side
-_BLOCKS = 256  # of a large picture, by which its error is judged
 _FLOOR_STRIDE = 5  # of the pixels that tell how bright a picture is; odd, so that it meets every column of a tile
 _REACH = 2  # pixels to each side that share their errors' squares
 _SMALL = 1 << 18  # pixels up to which a picture keeps the marks of all
@@ -142,8 +141,8 @@ class Film:
 
     @cached_property
     def _blocks(self):
-        """Pixels that tell the error, as of `_spread`, by their numbers in the order of tracing."""
-        return _spread(self._order.reshape(self.height, self.width))
+        """Pixels that tell the error, as of `spread`, by their numbers in the order of tracing."""
+        return spread(self._order.reshape(self.height, self.width))
 
     @cached_property
     def _grid(self):
@@ -153,15 +152,15 @@ class Film:
 
     @cached_property
     def _marked(self):
-        """`_Some` pixels whose means at the last powers of two are kept."""
-        return _Some(None if self._grid is None else np.union1d(self._blocks, self._grid))
+        """`PixelSet` of pixels whose means at the last powers of two are kept."""
+        return PixelSet(None if self._grid is None else np.union1d(self._blocks, self._grid))
 
     @cached_property
     def _judged(self):
-        """`_Some` pixels of which the oldest of these is: of others nobody asks for it."""
+        """`PixelSet` of pixels of which the oldest of these is: of others nobody asks for it."""
         if self._grid is not None:
             return self._marked
-        return _Some(None if self._blocks.size == self._order.size else np.unique(self._blocks))
+        return PixelSet(None if self._blocks.size == self._order.size else np.unique(self._blocks))
 
     @cached_property
     def _marks(self):
@@ -225,7 +224,7 @@ class Film:
         """
         some = self._grid
         if some is None:
-            some = slice(None, None, _FLOOR_STRIDE if self._order.size > _FLOOR_STRIDE * _BLOCK**2 * _BLOCKS else 1)
+            some = slice(None, None, _FLOOR_STRIDE if self._order.size > _FLOOR_STRIDE * BLOCK**2 * BLOCKS else 1)
         with self._lock:
             if isinstance(some, slice):
                 counts, sums, first = self._counts[some], self._sums[:3, some], self._marks[0][:, some]
@@ -339,38 +338,6 @@ class Film:
         return _of_counts(counts, lambda count: estimate.remaining(count, ratio) if count > 1 else 0.0)
 
 
-class _Some:
-    """Some of a film's pixels, by their numbers in the order of tracing.
-
-    Parameters
-    ----------
-    pixels : (K,) int, optional
-        Ascending; None is all.
-    """
-
-    def __init__(self, pixels=None):
-        self._pixels = pixels
-
-    def count(self, total):
-        """How many of `total` pixels they are."""
-        return total if self._pixels is None else self._pixels.size
-
-    def rows(self, pixels):
-        """Where `pixels`, which are among them, stand."""
-        return pixels if self._pixels is None else np.searchsorted(self._pixels, pixels)
-
-    def among(self, where):
-        """Those of the pixels `where` (slice or (P,) int): (where they stand, which of `where` they are)."""
-        if self._pixels is None:
-            return where, slice(None)
-        if isinstance(where, slice):
-            rows = slice(*np.searchsorted(self._pixels, (where.start, where.stop)))
-            return rows, self._pixels[rows] - where.start
-        rows = np.minimum(np.searchsorted(self._pixels, where), self._pixels.size - 1)
-        known = np.flatnonzero(self._pixels[rows] == where)
-        return rows[known], known
-
-
 def _parts(total):
     """Slices of `total` pixels, so that what is computed from them stays small."""
     return [slice(start, min(start + _PART, total)) for start in range(0, total, _PART)]
@@ -381,21 +348,6 @@ def _standard_error(variance):
     known = np.isfinite(variance)
     total = box(np.where(known, variance, 0), _REACH) / np.maximum(box(known.astype(np.float64), _REACH), 1)
     return np.where(known, np.sqrt(total), np.inf)
-
-
-def _spread(pixels):
-    """Blocks (h, w, K) of a picture's `pixels` (H, W) at the points of a plane lattice; a small picture as it is.
-
-    Source of the lattice: Roberts (2018), "The Unreasonable Effectiveness of Quasirandom Sequences".
-    """
-    if pixels.size <= _BLOCK**2 * _BLOCKS:
-        return pixels
-    plastic = 1.324717957244746
-    tall, wide = (min(_BLOCK, side) for side in pixels.shape)
-    number = np.arange(_BLOCKS)
-    top = ((0.5 + number / plastic**2) % 1 * (pixels.shape[0] - tall + 1)).astype(np.intp)
-    left = ((0.5 + number / plastic) % 1 * (pixels.shape[1] - wide + 1)).astype(np.intp)
-    return pixels[top + np.arange(tall)[:, None, None], left + np.arange(wide)[:, None]]
 
 
 def _of_counts(counts, function):

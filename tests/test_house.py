@@ -39,7 +39,7 @@ TABLES = SAMPLING | {"core.accel", "core.partial", "core.planes", "core.camera",
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
 METHODS = COMPILE | {"core.methods"}
 # Measures and forecasts know arrays alone, so that a film may be judged by what reports are.
-FILM = SAMPLING | {"core.neighbours", "core.report.error"}
+FILM = SAMPLING | {"core.neighbours", "core.pixel_set", "core.report.error"}
 RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
@@ -70,6 +70,7 @@ MAY_IMPORT = {
     "core.methods": METHODS,
     "core.shutter": COMPILE,
     "core.neighbours": set(),
+    "core.pixel_set": set(),
     "core.estimate": FILM,
     "core.film": FILM | {"core.estimate"},
     "core.adaptive": FILM,

@@ -192,18 +192,15 @@ class _Guides(Wavefront):
             seen[worker.unseen] = False
             hits.prim[worker.unseen] = -1
         wanted = set(_OF_SOLID) | (set(_OF_CENTRE) if chunk.samples == (0,) else set())
-        solid = self._names & wanted
+        solid, surfaces = self._names & wanted, None
         blended = self._names - set(_OF_CENTRE) - set(_OF_SOLID) - self._aovs
-        surfaces = None
         if solid:
             surfaces = (
                 self._solid(hits, o, d, tmax, worker) if self._transparent else Met(self.scene, hits, o, d, arena)
             )
             self._add_solid(surfaces, solid, sums, arena)
             if "vector" in solid and self._options.moves_background:
-                seen_nothing = seen.copy()
-                seen_nothing[surfaces.lane] = False
-                self._vectors.add_background(np.flatnonzero(seen_nothing), d, sums["vector"], arena)
+                self._vectors.add_background(seen, surfaces.lane, d, sums["vector"], arena)
         if self._aovs:
             limits = self._options.alpha_threshold, self.settings.transparent_depth
             self._shader_values.add(hits, o, d, tmax, *limits, sums, self._accel, worker)

@@ -42,14 +42,15 @@ class Vectors:
             rows[:, met.lane] += sign * (there - now)
         sums[4, met.lane] += 1
 
-    def add_background(self, lane, d, sums, arena):
-        """Add the vectors of the background in the directions `d` (3, N) of the lanes `lane`.
+    def add_background(self, seen, met, d, sums, arena):
+        """Add the vectors of the background in the directions `d` (3, N) of lanes that are `seen` (N,) and not `met`.
 
         Notes
         -----
         Of perspective cameras they are times the cosine to the view axis of each frame, for a direction is projected
         without the division by its depth. Source: Cycles (`camera_motion_vector_direction`, `kernel/camera/camera.h`).
         """
+        lane = np.setdiff1d(np.flatnonzero(seen), met, assume_unique=True)
         d = arena.take(d, lane)
         now = self._seen_direction(self._geometry.view, d, arena)
         for rows, frame, sign in ((sums[:2], self._before, 1), (sums[2:4], self._after, -1)):

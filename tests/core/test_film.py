@@ -6,7 +6,8 @@ import pytest
 
 from zraka.core import estimate
 from zraka.core.arena import zeros_on_demand
-from zraka.core.film import INTERVAL_95, Film, _spread
+from zraka.core.film import INTERVAL_95, Film
+from zraka.core.pixel_set import spread
 from zraka.core.report.error import FLOOR, relative_rmse, weights
 from zraka.core.sampling.sampler import reverse_int
 
@@ -120,7 +121,7 @@ def test_estimated_error_is_the_true_one_for_independent_samples(samples):
 def test_the_error_of_a_large_picture_with_a_small_lamp():
     """A few blocks are judged. Here none holds any of the lamp, which rules the picture's mean square."""
     film, rng, size = Film(320, 200), np.random.default_rng(8), 320 * 200
-    judged = np.isin(np.arange(size), _spread(np.arange(size).reshape(200, 320))).reshape(200, 320)
+    judged = np.isin(np.arange(size), spread(np.arange(size).reshape(200, 320))).reshape(200, 320)
     assert judged.mean() < 0.3
     truth = np.ones((200, 320, 3))
     truth[80:100, 160:180][~judged[80:100, 160:180]] = 60.0
