@@ -18,6 +18,8 @@ from ..reference import open_blend
 BLENDS = sorted((Path(__file__).resolve().parents[2] / "sample_blends").glob("*.blend"))
 # The thesis' ceiling is a cube without height; the vase is turned around an axis that its outline touches.
 EXPECTED = {"thesis": "triangles without area", "interior": "triangles without area"}
+# What the methods without further rays leave out, and say.
+LEFT_OUT = ("mirrors and glass show highlights alone", "lamps are not seen by this method")
 
 
 def test_all_samples_are_there_and_small():
@@ -38,6 +40,6 @@ def test_every_method_renders(path):
         picture = film.image()[..., :3]
         assert film.nonfinite == 0 and np.isfinite(picture).all(), method
         assert 0.02 < np.median(picture.max(axis=-1)) < 5, method
-    messages = diagnostics.messages()
+    messages = [message for message in diagnostics.messages() if not message.startswith(LEFT_OUT)]
     expected = EXPECTED.get(path.stem)
     assert len(messages) == bool(expected) and all(expected in message for message in messages)
