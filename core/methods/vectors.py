@@ -51,6 +51,8 @@ class Vectors:
         without the division by its depth. Source: Cycles (`camera_motion_vector_direction`, `kernel/camera/camera.h`).
         """
         lane = np.setdiff1d(np.flatnonzero(seen), met, assume_unique=True)
+        if lane.size == 0:
+            return
         d = arena.take(d, lane)
         now = self._seen_direction(self._geometry.view, d, arena)
         for rows, frame, sign in ((sums[:2], self._before, 1), (sums[2:4], self._after, -1)):

@@ -145,6 +145,11 @@ def test_background_counts_at_edges():
     assert ((found[0] < -1e-3) & (found[0] > -0.54 * PIXEL)).any()
 
 
+def test_no_background_moves_behind_what_fills_the_picture():
+    frames = [scene(view(), placed_at(x, mesh=quad(99))) for x in (-0.5, 0.0, 0.0)]
+    np.testing.assert_array_equal(vectors(*frames, moves_background=True), vectors(*frames))
+
+
 def test_nothing_without_the_other_frames():
     settings = Settings(width=4, height=4, samples=1, guides=Guides(frozenset({"vector", "depth"})))
     now = scene(view(), placed_at())
