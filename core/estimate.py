@@ -29,6 +29,7 @@ UNSEEN_RATIO = 0.45
 
 _INDEPENDENT = 0.5
 _LEAST_RATIO = 0.1
+_BARELY = 1e-9  # of a gain that another is compared with: its square and its inverse are finite
 _UNSEEN_SQUARE = 0.21  # of r, before three doublings were seen
 _SPREADING = 0.3, 0.4  # what the square of r is above where fireflies still come to new pixels
 _REACH = 2  # pixels to each side that tell how bright a noisy one is
@@ -45,7 +46,7 @@ def ratio_of(last, before, oldest=None):
     """
     if not (last > 0 and before > 0):
         return UNSEEN_RATIO
-    seen = last / before
+    seen = min(max(last / before, _BARELY), 1 / _BARELY)
     ratio = (min(max(seen, _LEAST_RATIO), _INDEPENDENT) + _INDEPENDENT) / 2
     square = last / oldest if oldest else _UNSEEN_SQUARE
     falls = min(max((_SPREADING[1] - (square if oldest else seen**2)) / (_SPREADING[1] - _SPREADING[0]), 0.0), 1.0)

@@ -236,6 +236,8 @@ def test_ratio_is_halfway_to_independence_or_by_two_doublings():
     assert estimate.ratio_of(3.0, 2.0, 1.0) == pytest.approx(0.5)
     assert 0.25 < estimate.ratio_of(1.0, 4.0, 16.0) < 0.375
     assert estimate.ratio_of(0.0, 0.0) == estimate.UNSEEN_RATIO
+    for gains in ((5e-324, 1e300), (1e300, 5e-324), (1e300, 1e300, 5e-324), (5e-324, 1e300, 1e300)):
+        assert 0 < estimate.ratio_of(*gains) <= 0.5, gains
 
 
 # -- of a scene --------------------------------------------------------------------------------------------------------
