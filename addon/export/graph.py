@@ -107,6 +107,14 @@ class GraphReader:
                     found[node.aov_name] = tuple(self._value(self._trace(frame, socket)) for socket in sockets)
         return tuple((name, *values) for name, values in found.items())
 
+    def append(self, node):
+        """Add a core node after all that it reads; its number."""
+        operation, links = OPERATIONS.get(node.op), (v for v in node.inputs.values() if isinstance(v, description.Link))
+        foldable = operation is not None and operation.foldable and node.op not in versions.LEFT_TO_ENGINES
+        self._constant.append(foldable and all(self._constant[link.node] for link in links))
+        self.nodes.append(node)
+        return len(self.nodes) - 1
+
     # -- following links --------------------------------------------------------------------------------------------
 
     def _trace(self, frame, socket):
@@ -185,7 +193,7 @@ class GraphReader:
         output = _node_type(source.node).outputs.get(output, output)
         link = description.Link(self._numbers[key], output)
         if self._working_space is not None and _is_rec709(source, self.nodes[link.node].properties):
-            link = description.Link(self._append(self._in_working_space(link)), "color")
+            link = description.Link(self.append(self._in_working_space(link)), "color")
         return self._converted(link, source.kinds)
 
     def _in_working_space(self, link):
@@ -238,17 +246,10 @@ class GraphReader:
         else:
             mapping = texture_mapping(item.bl_node, item.inputs.get("vector"))
             if mapping is not None:
-                item.inputs["vector"] = description.Link(self._append(mapping), "vector")
+                item.inputs["vector"] = description.Link(self.append(mapping), "vector")
             op = item.type.operation(item.bl_node)
             node = description.Node(op, item.inputs, self._properties(item.bl_node, item.type))
-        self._numbers[item.key] = self._append(node)
-
-    def _append(self, node):
-        operation, links = OPERATIONS.get(node.op), (v for v in node.inputs.values() if isinstance(v, description.Link))
-        foldable = operation is not None and operation.foldable and node.op not in versions.LEFT_TO_ENGINES
-        self._constant.append(foldable and all(self._constant[link.node] for link in links))
-        self.nodes.append(node)
-        return len(self.nodes) - 1
+        self._numbers[item.key] = self.append(node)
 
     def _properties(self, node, node_type):
         properties = dict(node_type.fixed)
@@ -280,7 +281,7 @@ class GraphReader:
             if to == "shader":
                 # Blender shows a plain value as emitted light.
                 name = "color" if have in ("color", "vector") else "strength"
-                value = description.Link(self._append(description.Node("emission", {name: value})), "bsdf")
+                value = description.Link(self.append(description.Node("emission", {name: value})), "bsdf")
             elif not isinstance(value, description.Link):
                 value = convert(value, have, to, self._luminance)
             elif {to, have} != {"color", "vector"}:
@@ -288,7 +289,7 @@ class GraphReader:
                 if self._working_space is not None and have == "color":
                     properties["working_space"] = self._working_space
                 node = description.Node("convert", {"value": value}, properties)
-                value = description.Link(self._append(node), "value")
+                value = description.Link(self.append(node), "value")
         return value
 
     # -- telling ----------------------------------------------------------------------------------------------------

@@ -102,8 +102,7 @@ def export_material(material, images, diagnostics):
     reader = GraphReader(tree, place, images, diagnostics)
     surface = reader.closure(output.inputs["Surface"])
     if surface is None and has_volume:  # nothing stops a ray but what the volume would do
-        reader.nodes.append(description.Node("transparent"))
-        surface = len(reader.nodes) - 1
+        surface = reader.append(description.Node("transparent"))
     displacement = None if moved is None else reader.link(moved)
     if displacement is not None and material.displacement_method != "BUMP":
         diagnostics.warn("true displacement is not rendered yet; it is shown as a bump", place)

@@ -341,6 +341,21 @@ def test_volumes_are_said_once(scene):
     assert [n.op for n in exported[0].nodes] == ["transparent"]  # not black
 
 
+def test_a_volume_alone_may_be_displaced(scene):
+    material = bpy.data.materials.new("Smoke")
+    if material.node_tree is None:  # before 5.0
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output, volume, noise = (tree.nodes.new(f"ShaderNode{n}") for n in ("OutputMaterial", "VolumeScatter", "TexNoise"))
+    tree.links.new(volume.outputs[0], output.inputs["Volume"])
+    tree.links.new(noise.outputs["Color"], output.inputs["Displacement"])
+    add(scene, "Cloud", quads()).data.materials.append(material)
+    ((exported,),) = {i.materials for i in export(Diagnostics()).instances}
+    assert exported.nodes[exported.surface].op == "transparent"
+    assert exported.nodes[exported.displacement.node].op in ("noise", "convert")
+
+
 @pytest.mark.skipif(bpy.app.version < (5, 0), reason="the working space can be chosen since Blender 5.0")
 def test_another_working_space_is_said(scene):
     bpy.ops.wm.set_working_color_space(working_space="Linear Rec.2020")
