@@ -12,48 +12,56 @@ balanced ones)::
 
     v(n) = (v(n/2) - v(n)) (r + r² + r³ + ...) = (v(n/2) - v(n)) r / (1 - r)
 
-How r is told from the last three gains, `ratio_of`, was chosen by measurement: docs/error.md.
+r is told by a line through the logarithms of all gains seen. How, was chosen by measurement: docs/error.md.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from .neighbours import neighbours_mean
 from .report.error import FLOOR, trimmed_mean
 
-UNSEEN_RATIO = 0.45
-"""r before two doublings were seen; sample scenes have 0.40 to 0.5 between 1 and 8 samples."""
-
-_INDEPENDENT = 0.5
-_LEAST_RATIO = 0.1
-_BARELY = 1e-9  # of a gain that another is compared with: its square and its inverse are finite
-_UNSEEN_SQUARE = 0.21  # of r, before three doublings were seen
-_SPREADING = 0.3, 0.4  # what the square of r is above where fireflies still come to new pixels
+_UNSEEN_RATIO = 0.45  # before two doublings were seen; sample scenes have 0.40 to 0.5 between 1 and 8 samples
+_USUAL_RATIO = 0.48  # of many samples
+_TRUST = 2 / 3  # in the ratio that was seen, over the usual one
+_LEAST_RATIO, _INDEPENDENT = 0.1, 0.5
 _REACH = 2  # pixels to each side that tell how bright a noisy one is
 _LEAST_SQUARE = 1e-200  # of a brightness: below float32's, and its inverse times any variance is finite
 
 
-def ratio_of(last, before, oldest=None):
-    """How doublings compare, from what the last three gained, the latest first; `oldest` None where there were but two.
+class Doublings(NamedTuple):
+    """What doublings of the samples gain.
 
-    Two answers are averaged. One compares the last gain with the one before, and goes halfway to independence, to
-    which samples tend as they get many. The other compares the last with the oldest, and adds up two gains at a time:
-    in two dimensions Sobol points are in better balance at every other power of two, so gains alternate. It is not
-    asked where gains do not fall: the trimmed error stands still while fireflies come to new pixels.
+    Attributes
+    ----------
+    ratio : float
+        r: of a gain to the one before.
+    level : float
+        What the last gain should have been, over what it was.
     """
-    if not (last > 0 and before > 0):
-        return UNSEEN_RATIO
-    seen = min(max(last / before, _BARELY), 1 / _BARELY)
-    ratio = (min(max(seen, _LEAST_RATIO), _INDEPENDENT) + _INDEPENDENT) / 2
-    square = last / oldest if oldest else _UNSEEN_SQUARE
-    falls = min(max((_SPREADING[1] - (square if oldest else seen**2)) / (_SPREADING[1] - _SPREADING[0]), 0.0), 1.0)
-    square = min(max(square, _LEAST_RATIO**2), _INDEPENDENT**2)
-    by_one, by_two = ratio / (1 - ratio), (1 + 1 / seen) * square / (1 - square)
-    remains = min(by_one ** (1 - falls / 2) * by_two ** (falls / 2), 1.0)
-    return remains / (1 + remains)
+
+    ratio: float = _UNSEEN_RATIO
+    level: float = 1.0
+
+
+def doublings(gains):
+    """What is to be expected after these gains, the oldest first.
+
+    Their logarithms lie about a line. Its slope tells the ratio, which is drawn to the usual one and is never above that
+    of independent samples: gains that do not fall are those of fireflies that come to new pixels, which ends. The last
+    gain is drawn halfway to the line: Sobol points are in better balance at every other power of two, so gains alternate.
+    """
+    if len(gains) < 2 or min(gains) <= 0:
+        return Doublings()
+    seen = np.log2(gains)
+    slope, first = np.polynomial.polynomial.polyfit(np.arange(seen.size), seen, 1)[::-1]
+    ratio = 2.0 ** min(max(slope, math.log2(_LEAST_RATIO)), math.log2(_INDEPENDENT))
+    apart = first + slope * (seen.size - 1) - seen[-1]
+    return Doublings(_TRUST * ratio + (1 - _TRUST) * _USUAL_RATIO, 2.0 ** min(max(apart / 2, -1.0), 1.0))
 
 
 def half_of(count):

@@ -81,7 +81,8 @@ class Film:
         self._sums = zeros_on_demand((self._channels + behind + extra, total), np.float64)
         self.error_step = 1 if pixel_errors or total <= _SMALL else math.ceil(math.sqrt(total / _GRID))
         self._counts = zeros_on_demand((total,), np.int32)
-        self._ratio = None  # of `estimate.ratio_of`, once it was seen
+        self._gains_seen = {}  # of the whole picture, by the doubled number of samples
+        self._doublings = None  # of `estimate`, once they were seen
         self.nonfinite = 0
         self.history = []
         self.stats = {}
@@ -214,7 +215,7 @@ class Film:
         picture, gains, counts = self._gains(_colour, self._blocks.ravel())
         shape = self._blocks.shape
         weight = estimate.noisy_weights(picture.reshape(3, *shape), gains[0].reshape(shape), self._mean_square())
-        self._see_ratio(gains, weight, counts)
+        self._see_doublings(gains, weight, counts)
         return estimate.relative_error(gains[0] * self._remaining(counts), weight)
 
     def _mean_square(self):
@@ -279,7 +280,7 @@ class Film:
 
     def _variance(self, pixels):
         """`variance` of `pixels` (P,), by their numbers in the order of tracing."""
-        if self._ratio is None:
+        if self._doublings is None:
             self.error()
         out = np.zeros(pixels.size)
         for part in _parts(pixels.size):
@@ -320,22 +321,27 @@ class Film:
             return picture, gains[:3], counts
         return picture, np.where(doubled, gains[:3], gains[1:]), counts
 
-    def _see_ratio(self, gains, weight, counts):
-        """Learn how doublings compare from the pixels that have just completed one, where they are many."""
-        known, first = np.flatnonzero(_is_doubled(counts) & (counts >= 4)), 8
+    def _see_doublings(self, gains, weight, counts):
+        """Learn what doublings gain from the pixels that have just completed one, where they are many."""
+        known, several = np.flatnonzero(_is_doubled(counts) & (counts >= 4)), True
         if known.size == counts.size:
             known = slice(None)
         elif 4 * known.size < counts.size:
-            if self._ratio is not None or counts.min() < 5:
+            if self._doublings is not None or counts.min() < 5:
                 return
-            known, first = slice(None), math.inf  # between two doublings, of which none was seen
+            known, several = slice(None), False  # between two doublings, of which none was seen
+        least, most = counts[known].min(), counts[known].max()
         means = [estimate.trimmed_mean(gain[known] * weight[known]) for gain in gains]
-        self._ratio = estimate.ratio_of(*means if counts[known].min() >= first else means[:2])
+        means = means if several and least >= 8 else means[:2]
+        if several and least == most:
+            self._gains_seen.update((int(most) >> k, mean) for k, mean in enumerate(means))
+            means = [self._gains_seen[count] for count in sorted(self._gains_seen, reverse=True)]
+        self._doublings = estimate.doublings(means[::-1])
 
     def _remaining(self, counts):
         """`estimate.remaining` of each pixel, 0 below two samples."""
-        ratio = estimate.UNSEEN_RATIO if self._ratio is None else self._ratio
-        return _of_counts(counts, lambda count: estimate.remaining(count, ratio) if count > 1 else 0.0)
+        ratio, level = self._doublings or estimate.Doublings()
+        return _of_counts(counts, lambda count: level * estimate.remaining(count, ratio) if count > 1 else 0.0)
 
 
 def _parts(total):

@@ -32,6 +32,7 @@ _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
 _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _FIRST_LANES = 1 << 18  # of the first pass, at most
 _MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
+_LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, about
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 _FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
 _MOST = 1 << 30  # samples; more are as good as no goal
@@ -242,7 +243,8 @@ def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
     """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
 
     Powers of four leave the Sobol points of every pass balanced. Small pictures begin with a higher one: less would not
-    be worth the calls. ``longest(first)`` is asked before each pass.
+    be worth the calls. Where the way to the next is long, passes end at powers of two and halfway between, so that the
+    error is known as of late. ``longest(first)`` is asked before each pass.
     """
     first, count = 0, 1
     while 4 * count * pixels <= _FIRST_LANES and count < adaptive.LEAST_SAMPLES:
@@ -251,7 +253,9 @@ def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
         count = min(count, longest(first), samples - first)
         yield first, count
         first += count
-        count = 3 * first
+        power = 1 << first.bit_length() - 1
+        ends = (power * 3 // 2, 2 * power, 4 * power)
+        count = next((end - first for end in ends if (end - first) * pixels >= _LONG_LANES), ends[-1] - first)
 
 
 def _doublings(first, count):

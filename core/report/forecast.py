@@ -2,9 +2,10 @@
 """What further seconds buy: a film's errors so far, carried on.
 
 The error falls as N^-a. How a shows in a film's own history is uncertain: a few doublings, each from one picture, and a
-trimmed error that stands still while fireflies still spread over new pixels. So a lies a third of the way from 1/2,
-where samples end that are many, to the median slope between the last steps (Theil and Sen), within limits. Seconds grow
-by what a sample took lately.
+trimmed error that stands still while fireflies still spread over new pixels. So a lies between 1/2, where samples end
+that are many, and the median slope between the last steps (Theil and Sen), within limits. A steeper slope is the
+balance of Sobol points, which lasts, and is believed more than a flatter one, the spreading of fireflies, which ends.
+Seconds grow by what a sample took lately.
 
 Source of the slope: Sen, "Estimates of the regression coefficient based on Kendall's tau", JASA 63, 1968.
 """
@@ -19,7 +20,7 @@ import numpy as np
 _LIMITS = 0.35, 0.75  # of the slope
 _REACH = 16  # times fewer samples than the last step: older ones tell nothing of what comes
 _APART = 1.5  # times the samples that two steps differ by, at least, to tell a slope
-_TRUST = 1 / 3  # in the slope that was seen; chosen by measurement: docs/error.md
+_TRUST = 0.6, 0.15  # in a steeper slope than 1/2, and in a flatter; chosen by measurement: docs/error.md
 _SHARE = 0.25  # of the samples, at least, that tell how long one takes
 
 
@@ -94,4 +95,5 @@ def _slope(steps):
     ]
     if not slopes:
         return 0.5
-    return min(max(0.5 + _TRUST * (float(np.median(slopes)) - 0.5), _LIMITS[0]), _LIMITS[1])
+    beyond = float(np.median(slopes)) - 0.5
+    return min(max(0.5 + _TRUST[beyond < 0] * beyond, _LIMITS[0]), _LIMITS[1])

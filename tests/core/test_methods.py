@@ -207,10 +207,21 @@ def test_depth_counts_hits():
 
 
 def test_passes_grow_and_add_up():
-    large = 1920 * 1080
-    assert list(passes(1, large)) == list(passes(1, 100)) == [(0, 1)]
-    assert [count for _, count in passes(11, large)] == [1, 3, 7]
-    assert max(count for _, count in passes(1000, large)) == 64
+    small = 200 * 200
+    assert list(passes(1, small)) == list(passes(1, 100)) == [(0, 1)]
+    assert [count for _, count in passes(11, small)] == [4, 7]
+    assert max(count for _, count in passes(1000, small)) == 64
+
+
+def test_passes_that_would_be_long_end_early():
+    def ends(pixels, samples=70):
+        return [first + count for first, count in passes(samples, pixels)]
+
+    assert ends(200 * 200) == [4, 16, 64, 70]
+    assert ends(512 * 512) == [1, 4, 8, 12, 16, 24, 32, 48, 64, 70]
+    assert ends(1920 * 1080, 11) == [1, 2, 3, 4, 6, 8, 11]
+    limited = passes(20, 512 * 512, lambda first: 5)
+    assert [first + count for first, count in limited] == [1, 4, 8, 12, 16, 20]
 
 
 def test_a_pass_may_be_longer_than_a_chunk_numbers_samples(monkeypatch):

@@ -212,8 +212,9 @@ def test_a_forecast_carries_the_error_on():
     assert told.error_at(0.2 + 0.05 * 256) == pytest.approx(0.4 / 16)
 
 
-def test_a_forecast_believes_a_steep_slope_by_a_third():
-    assert forecast(a=0.8).slope == pytest.approx(0.6)
+def test_a_forecast_believes_a_steep_slope_more_than_a_flat_one():
+    assert forecast(a=0.8).slope == pytest.approx(0.68)
+    assert forecast(a=0.3).slope == pytest.approx(0.47)
     assert forecast(a=-0.5).slope == 0.35
     assert forecast(samples=(1, 4)).slope == 0.5
 
