@@ -25,9 +25,8 @@ import numpy as np
 from .neighbours import neighbours_mean
 from .report.error import FLOOR, trimmed_mean
 
-_UNSEEN_RATIO = 0.45  # before two doublings were seen; sample scenes have 0.40 to 0.5 between 1 and 8 samples
-_USUAL_RATIO = 0.48  # of many samples
-_TRUST = 2 / 3  # in the ratio that was seen, over the usual one
+_USUAL_RATIO = 0.46  # sample scenes have 0.40 to 0.5
+_DRAWN = 0.25  # of the way to the line that a gain is drawn
 _LEAST_RATIO, _INDEPENDENT = 0.1, 0.5
 _REACH = 2  # pixels to each side that tell how bright a noisy one is
 _LEAST_SQUARE = 1e-200  # of a brightness: below float32's, and its inverse times any variance is finite
@@ -44,24 +43,26 @@ class Doublings(NamedTuple):
         What the last gain should have been, over what it was.
     """
 
-    ratio: float = _UNSEEN_RATIO
+    ratio: float = _USUAL_RATIO
     level: float = 1.0
 
 
 def doublings(gains):
     """What is to be expected after these gains, the oldest first.
 
-    Their logarithms lie about a line. Its slope tells the ratio, which is drawn to the usual one and is never above that
-    of independent samples: gains that do not fall are those of fireflies that come to new pixels, which ends. The last
-    gain is drawn halfway to the line: Sobol points are in better balance at every other power of two, so gains alternate.
+    Their logarithms lie about a line. Its slope tells the ratio, which is drawn to the usual one as long as few gains
+    were seen, and is never above that of independent samples: gains that do not fall are those of fireflies that come
+    to new pixels, which ends. The last gain is drawn to the line: Sobol points are in better balance at every other
+    power of two, so gains alternate.
     """
     if len(gains) < 2 or min(gains) <= 0:
         return Doublings()
     seen = np.log2(gains)
     slope, first = np.polynomial.polynomial.polyfit(np.arange(seen.size), seen, 1)[::-1]
     ratio = 2.0 ** min(max(slope, math.log2(_LEAST_RATIO)), math.log2(_INDEPENDENT))
-    apart = first + slope * (seen.size - 1) - seen[-1]
-    return Doublings(_TRUST * ratio + (1 - _TRUST) * _USUAL_RATIO, 2.0 ** min(max(apart / 2, -1.0), 1.0))
+    trust = 1 - 2 / (seen.size + 1)
+    drawn = _DRAWN * (first + slope * (seen.size - 1) - seen[-1])
+    return Doublings(trust * ratio + (1 - trust) * _USUAL_RATIO, 2.0 ** min(max(drawn, -1.0), 1.0))
 
 
 def half_of(count):

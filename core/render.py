@@ -267,13 +267,14 @@ def _doublings(first, count):
 
 
 def step_towards(first, goal):
-    """Samples from `first` to the goal, so that all are 4, 5, 6 or 7 times a power of two, or fewer than 8; at least 1.
+    """Samples from `first` to the last number before the goal of 4, 5, 6 or 7 times a power of two, or below 8.
 
-    Between them Sobol points are out of balance; an error that falls by their root meets a target within 6% to 12%.
+    Or to the next after `first`. Between them Sobol points are out of balance; an error that falls by their root meets
+    a target within 6% to 12%.
     """
-    goal = math.ceil(min(max(goal, first + 1), _MOST))
+    goal = int(min(max(goal, first + 1), _MOST))
     grain = max(1, (1 << goal.bit_length() - 1) // 4)
-    return -(-goal // grain) * grain - first
+    return max(goal // grain * grain, (first // grain + 1) * grain) - first
 
 
 def _ranges(count, number):

@@ -45,6 +45,8 @@ def main():
     parser.add_argument("--adaptive", action="store_true")
     parser.add_argument("--keep", type=Path, help="folder for the references")
     parser.add_argument("--pixels", type=int, default=PIXELS)
+    parser.add_argument("--samples", type=int, default=256, help="of which the last error is foretold")
+    parser.add_argument("--first-seed", type=int, default=3, help="of the render whose error is foretold")
     parser.add_argument("--what", choices=("error", "stop", "forecast", "cost"), default="error")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -130,15 +132,15 @@ def stops(name, job, args):
 
 
 def forecasts(name, job, args):
-    """Foretell at a quarter of the time when the last error is reached: in samples, and in seconds."""
+    """Foretell at a quarter of the seconds when the last error is reached: in samples, and in seconds."""
     film_of(job, 4, 1)  # what is done once
-    history = film_of(job, 256, 3, adaptive=args.adaptive).history
+    history = film_of(job, args.samples, args.first_seed, adaptive=args.adaptive).history
     last = history[-1]
-    known = [step for step in history if step.samples <= last.samples / 4]
+    known = [step for step in history if step.seconds <= last.seconds / 4]
     told = Forecast(known)
     samples, seconds = told.samples_to(last.error), told.seconds_to(last.error)
     print(
-        f"| {name} | {last.error:.2%} | {samples:.0f} | {samples / last.samples:.2f} | "
+        f"| {name} | {last.error:.2%} | {known[-1].samples:.0f} | {samples:.0f} | {samples / last.samples:.2f} | "
         f"{seconds:.1f} s | {last.seconds:.1f} s | {seconds / last.seconds:.2f} |",
         flush=True,
     )

@@ -264,8 +264,8 @@ def test_a_noise_target_is_met_and_not_overrun():
 
 
 def test_steps_towards_a_goal_stay_balanced():
-    assert [step_towards(4, goal) for goal in (1, 5.2, 6, 13, 16)] == [1, 2, 2, 10, 12]
-    assert step_towards(64, 100) == 112 - 64 and step_towards(64, math.inf) == (1 << 30) - 64
+    assert [step_towards(4, goal) for goal in (1, 5.9, 6, 13, 16)] == [1, 1, 2, 8, 12]
+    assert step_towards(64, 100) == 96 - 64 and step_towards(64, math.inf) == (1 << 30) - 64
 
 
 def test_history_tells_every_pass():
