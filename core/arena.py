@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 _ALIGN = 64
+_HUGE_PAGE = 1 << 21  # bytes
 _LARGE = 1 << 22  # bytes; less is not worth a mapping of its own
 
 
@@ -26,7 +27,7 @@ class Arena:
 
     def __init__(self, block_bytes=1 << 23):
         self._block_bytes = block_bytes
-        self._blocks = [np.empty(block_bytes, np.uint8)]
+        self._blocks = [_block(block_bytes)]
         self._block = 0
         self._top = 0
 
@@ -74,9 +75,9 @@ class Arena:
         self._block += 1
         self._top = 0
         if self._block == len(self._blocks):
-            self._blocks.append(np.empty(max(nbytes, self._block_bytes), np.uint8))
+            self._blocks.append(_block(max(nbytes, self._block_bytes)))
         elif self._blocks[self._block].size < nbytes:
-            self._blocks[self._block] = np.empty(nbytes, np.uint8)
+            self._blocks[self._block] = _block(nbytes)
         return self._blocks[self._block]
 
 
@@ -95,6 +96,13 @@ class _Frame:
 
     def __exit__(self, *error):
         self._arena._block, self._arena._top = self._mark
+
+
+def _block(nbytes):
+    """Memory of an arena, in whole huge pages: malloc's begins and ends among small ones, touched one by one."""
+    if nbytes < _LARGE:
+        return np.empty(nbytes, np.uint8)
+    return zeros_on_demand((-(-nbytes // _HUGE_PAGE) * _HUGE_PAGE,), np.uint8)
 
 
 def uninitialised(shape, dtype=np.float32):

@@ -10,7 +10,7 @@ import numpy as np
 from .camera_lens import LEAST_FOCUS, aperture_points
 from .camera_panorama import DIRECTIONS, ROUND
 from .diagnostics import SceneError
-from .vecmath import normalize
+from .vecmath import dot, normalize
 
 _FLATTEST = 1e-9  # volume that a camera's axes span, brought to length 1
 
@@ -124,8 +124,10 @@ class CameraRays:
         if tmax is not None:
             # d has length 1 along the view axis here, so the far plane is at |d| times the depth.
             _length(d, tmax, arena)
+            np.divide(d, tmax, out=d)
             np.multiply(tmax, self._clip_end - self._clip_start, out=tmax)
-        normalize(d, arena, out=d)
+        else:
+            normalize(d, arena, out=d)
 
     def _through_lens(self, aperture, o, d, tmax, arena):
         """Rays from the aperture to where the ray from its middle, `d`, is in focus."""
@@ -225,13 +227,7 @@ def check_camera(camera):
 
 def _length(v, out, arena):
     """Lengths (N,) of `v` (3, N)."""
-    with arena.frame():
-        t = arena.empty(out.size)
-        np.multiply(v[0], v[0], out=out)
-        for i in (1, 2):
-            np.multiply(v[i], v[i], out=t)
-            np.add(out, t, out=out)
-    np.sqrt(out, out=out)
+    np.sqrt(dot(v, v, arena, out=out), out=out)
 
 
 def _floats(v):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where samples are summed: the mean picture and how large its error is.
 
-Sums are float64: a million samples of one value keep their mean. Beside them stand the means at the last powers of two
-of samples, from which the error is told (`core.estimate`). All stand in the order in which pixels are traced, so
-that a task adds to one piece of memory.
+Sums are float64: a million samples of one value keep their mean; one sample alone is float32. Beside them stand the
+means at the last powers of two of samples, from which the error is told (`core.estimate`). All stand in the order in
+which pixels are traced, so that a task adds to one piece of memory.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Film:
         Of the region.
     alpha : bool
         Whether samples carry a fourth channel; else alpha is 1.
-    places : (H·W,) int, optional
+    places : (H·W,) int or TileOrder, optional
         Which pixel of the region, ``y * width + x``, is traced when; None is in this order.
     extra : int
         Further channels of a sample, which are no part of the picture.
@@ -58,6 +58,8 @@ class Film:
     pixel_errors : bool
         Whether the error of every pixel can be asked for. Else a large picture keeps what is needed for the whole's,
         and of every `error_step`-th pixel of every `error_step`-th row, at a tenth of the memory.
+    single : bool
+        Whether no pixel gets more than one sample. Then float32 holds the sums as well.
 
     Attributes
     ----------
@@ -70,7 +72,18 @@ class Film:
     stats : dict
     """
 
-    def __init__(self, width, height, alpha=False, places=None, extra=0, behind=0, compose=None, pixel_errors=True):
+    def __init__(
+        self,
+        width,
+        height,
+        alpha=False,
+        places=None,
+        extra=0,
+        behind=0,
+        compose=None,
+        pixel_errors=True,
+        single=False,
+    ):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
@@ -78,9 +91,9 @@ class Film:
         self._places = places
         self._channels = 4 if alpha else 3
         self._behind, self._compose = behind, compose
-        self._sums = zeros_on_demand((self._channels + behind + extra, total), np.float64)
+        self._sums = zeros_on_demand((self._channels + behind + extra, total), np.float32 if single else np.float64)
         self.error_step = 1 if pixel_errors or total <= _SMALL else math.ceil(math.sqrt(total / _GRID))
-        self._counts = zeros_on_demand((total,), np.int32)
+        self._counts = zeros_on_demand((total,), np.uint8 if single else np.int32)
         self._gains_seen = {}  # of the whole picture, by the doubled number of samples
         self._doublings = None  # of `estimate`, once they were seen
         self.nonfinite = 0
@@ -121,7 +134,7 @@ class Film:
             # Block after block, so that the chunk's size changes no bit.
             for channel, rows in enumerate(radiance):
                 own = self._sums[channel][where]
-                for k, block in enumerate(np.split(rows, len(samples))):
+                for k, block in enumerate(rows.reshape(len(samples), -1)):
                     if k in marked and channel < 3:
                         self._mark(channel, where, marked[k], own)
                     own += block
@@ -176,19 +189,19 @@ class Film:
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""
         with self._lock:
-            return (self._sums[: self._channels] / np.maximum(self._counts, 1))[:, self._order]
+            return _means(self._sums[: self._channels], self._counts)[:, self._order]
 
     def extra(self, first, stop):
         """Means of the further channels `first` to `stop`, (stop - first, H·W) float32."""
         with self._lock:
             start = self._channels + self._behind
             sums = self._sums[start + first : start + stop]
-            return (sums / np.maximum(self._counts, 1))[:, self._order].astype(np.float32)
+            return _means(sums, self._counts)[:, self._order].astype(np.float32)
 
     def counts(self):
         """Samples of each pixel, (H·W,) int32."""
         with self._lock:
-            return self._counts[self._order]
+            return self._counts[self._order].astype(np.int32, copy=False)
 
     def image(self):
         """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
@@ -197,7 +210,7 @@ class Film:
             pixels = self._order[part]
             with self._lock:
                 sums = self._sums[: self._channels + self._behind, pixels]
-                means = sums / np.maximum(self._counts[pixels], 1)
+                means = _means(sums, self._counts[pixels])
             out[part, : self._channels] = (means if self._compose is None else self._compose(means)).T
         return out.reshape(self.height, self.width, 4)
 
@@ -347,6 +360,10 @@ class Film:
 def _parts(total):
     """Slices of `total` pixels, so that what is computed from them stays small."""
     return [slice(start, min(start + _PART, total)) for start in range(0, total, _PART)]
+
+
+def _means(sums, counts):
+    return np.divide(sums, np.maximum(counts, 1), dtype=np.float64)
 
 
 def _standard_error(variance):

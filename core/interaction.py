@@ -79,11 +79,12 @@ def spawn(p, offset, ng, w, arena):
     return o
 
 
-def spawn_to(p, offset, ng, w, distance, arena):
+def spawn_to(p, offset, ng, w, distance, arena, in_front=False):
     """Shadow ray from `p` to the point at `distance` (N,), which may be inf, along the unit vectors `w`.
 
     The start is moved off the surface, so the ray is turned by as much: one that only ran parallel would miss the
-    point, and meet the light's own surface early where it grazes it.
+    point, and meet the light's own surface early where it grazes it. `in_front` tells that all leave to the side of
+    `ng`, where nothing need be found out.
 
     Returns
     -------
@@ -97,12 +98,12 @@ def spawn_to(p, offset, ng, w, distance, arena):
     count = w.shape[1]
     o, d, tmax = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count)
     with arena.frame():
-        step = dot(w, ng, arena)
-        np.copysign(offset, step, out=step)
-        np.multiply(ng, step, out=o)
+        step = arena.empty(count)
+        side = offset if in_front else np.copysign(offset, dot(w, ng, arena, out=step), out=step)
+        np.multiply(ng, side, out=o)
         np.add(o, p, out=o)
         np.maximum(distance, SHORTEST, out=tmax)
-        np.divide(step, tmax, out=step)
+        np.divide(side, tmax, out=step)
         np.multiply(ng, step, out=d)
         np.subtract(w, d, out=d)
     np.multiply(tmax, 1.0 - SHADOW_EPSILON, out=tmax)
@@ -170,15 +171,17 @@ def _on_triangles(columns, geometry, hits, o, d, arena):
     p, ng, offset, front = _results(count, arena)
     ns = arena.empty(ng.shape) if len(geometry.normals) else ng
     with arena.frame():
-        number, w, t = arena.empty(count, np.intp), arena.empty(count), arena.empty(count)
+        number = arena.empty(count, np.intp)
         np.copyto(number, hits.prim)  # numpy copies other indices at each call
-        np.subtract(1.0, hits.u, out=w)
-        np.subtract(w, hits.v, out=w)
+        weights, corners = arena.empty((3, count)), arena.empty((3, count))
+        np.copyto(weights[1], hits.u)
+        np.copyto(weights[2], hits.v)
+        np.subtract(1.0, hits.u, out=weights[0])
+        np.subtract(weights[0], hits.v, out=weights[0])
         for i, out in enumerate(p):
-            np.multiply(_column(columns[i], number, t), w, out=out)
-            for corner, weight in zip(CORNERS[1:], (hits.u, hits.v), strict=True):
-                np.multiply(_column(columns[corner.start + i], number, t), weight, out=t)
-                np.add(out, t, out=out)
+            for corner, values in zip(CORNERS, corners, strict=True):
+                _column(columns[corner.start + i], number, values)
+            dot(corners, weights, arena, out=out)
         for i, out in enumerate(ng):
             _column(columns[NORMAL.start + i], number, out)
         _column(columns[OFFSET], number, offset)

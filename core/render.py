@@ -12,24 +12,24 @@ import math
 import os
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from itertools import pairwise
 from queue import SimpleQueue
 from threading import Event
 
 import numpy as np
 
 from . import adaptive
-from .arena import uninitialised
 from .compile.memory import check_picture
 from .film import Film, Step
 from .methods import method_of
 from .methods.wavefront import Chunk, Worker
 from .report.forecast import Forecast
 from .shutter import Shutter
+from .tile_order import TileOrder, ranges
 
 _POLL = 0.02  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
 _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
+_MANY_TASKS = 4  # of a worker in a pass; among so many, the last may be small
 _FIRST_LANES = 1 << 18  # of the first pass, at most
 _MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
 _LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, about
@@ -72,14 +72,19 @@ class _Render:
         self._methods = [method(moment, settings) for moment in moments]
         x0, y0, x1, y1 = settings.region
         check_picture(x1 - x0, y1 - y0)
-        self._pixels, self._places = _in_tiles(settings.region, settings.width, settings.tile)
+        self._order = TileOrder(settings.region, settings.width, settings.tile)
         any_of = self._methods[0]
         composed = any_of.behind, any_of.compose
         self._chunk = settings.chunk or any_of.chunk
         self._waves = any_of.waves
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         told = settings.pixel_errors or self._adaptive
-        self._film = Film(x1 - x0, y1 - y0, settings.transparent_film, self._places, any_of.extra, *composed, told)
+        self._film = Film(
+            *(x1 - x0, y1 - y0, settings.transparent_film, self._order, any_of.extra),
+            *composed,
+            pixel_errors=told,
+            single=settings.samples == 1,
+        )
         self._stop = Event()
         self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
         self._idle = SimpleQueue()
@@ -92,7 +97,7 @@ class _Render:
         stopped = None
         with ThreadPoolExecutor(len(self._workers)) as pool:
             try:
-                for first, count in passes(settings.samples, self._pixels.size, self._longest):
+                for first, count in passes(settings.samples, self._order.size, self._longest):
                     stopped = self._pass(pool, first, count, on_pass, cancelled)
                     if stopped:
                         break
@@ -155,12 +160,13 @@ class _Render:
     def _tasks(self, first, count):
         """[(pixels, by their numbers in the order of tracing, first sample, count)] of a pass."""
         if not (self._adaptive and first >= adaptive.LEAST_SAMPLES):
-            parts = self._parts(self._pixels.size, count)
+            parts = self._parts(self._order.size, count)
             return [(slice(start, stop), first, count) for start, stop in parts]
         film = self._film
         counts = film.counts()
         goal = adaptive.targets(counts, adaptive.importance(film), first + count)
-        have, want = counts[self._places], goal[self._places]
+        places = self._order[:]
+        have, want = counts[places], goal[places]
         tasks = []
         for start, stop in sorted(set(zip(have.tolist(), want.tolist(), strict=True))):
             if stop > start:
@@ -173,7 +179,12 @@ class _Render:
         workers, lanes = len(self._workers), pixels * count
         together = self._chunk * min(count, self._waves * len(self._methods))  # each moment's samples fill a chunk
         number = max(-(-lanes // together), min(workers, lanes // _FEWEST_LANES), 1)
-        return _ranges(pixels, -(-number // workers) * workers)
+        parts = ranges(pixels, -(-number // workers) * workers)
+        if number < _MANY_TASKS * workers:
+            return parts
+        # Whoever is done first waits for half a task at most.
+        halves = [(a + edge, a + end) for a, b in parts[-workers:] for edge, end in ranges(b - a, 2)]
+        return parts[:-workers] + halves
 
     def _show(self, on_pass, samples):
         self._write_stats()
@@ -185,11 +196,11 @@ class _Render:
 
     def _trace(self, where, first, count):
         """Trace samples of the pixels `where`, chunk by chunk, into the film."""
-        pixels = self._pixels[where]
+        pixels = self._order.pixels(where)
         worker = self._idle.get()
         try:
             for method, samples in self._batches(first, count, pixels.size):
-                for a, b in _ranges(pixels.size, -(-pixels.size // self._chunk)):
+                for a, b in ranges(pixels.size, -(-pixels.size // self._chunk)):
                     radiance = method.radiance(Chunk(pixels[a:b], samples), worker)
                     if radiance is None:
                         return
@@ -275,30 +286,3 @@ def step_towards(first, goal):
     goal = int(min(max(goal, first + 1), _MOST))
     grain = max(1, (1 << goal.bit_length() - 1) // 4)
     return max(goal // grain * grain, (first // grain + 1) * grain) - first
-
-
-def _ranges(count, number):
-    """`count` things in at most `number` ranges of nearly equal size: [(start, stop)]."""
-    edges = [count * k // number for k in range(number + 1)]
-    return [(a, b) for a, b in pairwise(edges) if b > a]
-
-
-def _in_tiles(region, width, side):
-    """Pixel numbers in the frame and places in the film, square after square, from the region's middle outwards.
-
-    Rays of neighbours meet the same things.
-    """
-    x0, y0, x1, y1 = region
-    columns, rows = (_ranges(n, -(-n // side)) for n in (x1 - x0, y1 - y0))
-    far = [np.abs(np.sum(ranges, axis=1) - n) for ranges, n in ((columns, x1 - x0), (rows, y1 - y0))]
-    across = np.arange(x1 - x0, dtype=np.int32)
-    down = (np.arange(y1 - y0, dtype=np.int32) * np.int32(x1 - x0))[:, None]
-    places, end = uninitialised((x1 - x0) * (y1 - y0), np.int32), 0
-    for tile in np.argsort((far[1][:, None] + far[0]).ravel(), kind="stable").tolist():
-        (top, bottom), (left, right) = rows[tile // len(columns)], columns[tile % len(columns)]
-        start, end = end, end + (bottom - top) * (right - left)
-        np.add(down[top:bottom], across[left:right], out=places[start:end].reshape(bottom - top, right - left))
-    if (x0, x1) == (0, width):
-        return (places + np.int32(y0 * width) if y0 else places), places
-    y, x = np.divmod(places, np.int32(x1 - x0))
-    return (y + np.int32(y0)) * np.int32(width) + x + np.int32(x0), places

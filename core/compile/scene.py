@@ -130,6 +130,7 @@ class CompiledScene:
         # Black surfaces and misses are numbered beyond the last program.
         scatters = np.array([bool(p.closures or p.transparency) for p in programs] or [False])
         self._shaded_prim = self._by_primitive(scatters[self.materials.program_of])
+        self._all_shaded = bool(self._shaded_prim[:-1].all())
         self._only_program = int(np.flatnonzero(scatters)[0]) if scatters.sum() == 1 else None
         numbers = np.where(scatters, np.arange(len(scatters)), len(programs))[self.materials.program_of]
         self._program_of_prim = self._by_primitive(numbers, miss=len(programs), dtype=np.uint16)
@@ -249,7 +250,8 @@ class CompiledScene:
             Where each program's lanes stand in `order`.
         """
         if self._only_program is not None:
-            order = np.flatnonzero(np.take(self._shaded_prim, prim, mode="wrap"))
+            with arena.frame():
+                order = np.flatnonzero(self._is_shaded(prim, arena))
             return order, [(self._only_program, 0, order.size)]
         program = np.take(self._program_of_prim, prim, mode="wrap")
         order = np.argsort(program, kind="stable")  # a radix sort for numbers this short
@@ -257,6 +259,12 @@ class CompiledScene:
         starts = np.concatenate(([0], ends))[:-1]  # a scene without surfaces has neither
         groups = [(n, int(a), int(b)) for n, (a, b) in enumerate(zip(starts, ends, strict=True)) if b > a]
         return order[: groups[-1][2] if groups else 0], groups
+
+    def _is_shaded(self, prim, arena):
+        shaded = arena.empty(prim.size, bool)
+        if self._all_shaded:
+            return np.greater_equal(prim, 0, out=shaded)
+        return np.take(self._shaded_prim, prim, out=shaded, mode="wrap")
 
     def interact(self, hits, o, d, arena):
         """The `Surface` that rays `o`, `d` (3, N) see at `hits`, all of which hit something."""

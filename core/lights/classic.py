@@ -84,6 +84,8 @@ class ClassicLights:
         light = self._lights[k]
         if not light.casts_shadow:
             return arena.zeros(distance.shape)
+        if light.margin == light.relative_margin == 0:
+            return distance
         out = arena.empty(distance.shape)
         np.multiply(distance, 1.0 - light.relative_margin, out=out)
         np.subtract(out, light.margin, out=out)

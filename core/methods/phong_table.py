@@ -10,29 +10,38 @@ from ..bsdf.phong import PhongParameters, phong_parameters
 from ..compile.angular import view_context
 
 _MOST_MATERIALS = 256  # more are computed at each hit, not for each angle
+_FEW_PRIMITIVES = 4096  # a table of so many stays in the cache
 
 
 class PhongTable:
-    """Parameters by material.
+    """Parameters by material, or by primitive.
 
     Parameters
     ----------
     columns : PhongParameters
         Of M materials: (3, M), (M,).
+    material : (P,) int
+        Of the primitives.
     """
 
-    def __init__(self, columns):
+    def __init__(self, columns, material):
+        self._material = material
+        if material.size <= _FEW_PRIMITIVES:
+            columns = [None if c is None else np.ascontiguousarray(c[..., material]) for c in columns]
+            self._material = None
         *shading, k_s, k_t, eta, _ = columns
         self._shading = [(c, bool((c == c[..., :1]).all())) for c in shading]
         self._beyond = k_s, k_t, eta
 
-    def at(self, material, goes_on, arena):
-        """`PhongParameters` of lanes of `material` (N,); (·, 1) where all materials have the same.
+    def at(self, prim, goes_on, arena):
+        """`PhongParameters` of lanes that hit `prim` (N,); (·, 1) where all materials have the same.
 
         k_s, k_t and eta, which are there where rays go on (`goes_on`), have all lanes.
         """
-        number = arena.empty(material.size, np.intp)  # numpy copies other indices at each call
-        np.copyto(number, material)
+        number = arena.empty(prim.size, np.intp)  # numpy copies other indices at each call
+        np.copyto(number, prim)
+        if self._material is not None:
+            np.copyto(number, arena.take(self._material, number))
         of_shading = [c[..., :1].copy() if same else arena.take(c, number) for c, same in self._shading]
         return PhongParameters(*of_shading, *((arena.take(c, number) if goes_on else None) for c in self._beyond))
 
@@ -44,15 +53,17 @@ def phong_table(scene):
     smooth = len(scene.geometry.normals) > 0
     if not 0 < count <= _MOST_MATERIALS or not all(p.follows_angle(smooth) for p in programs):
         return None
-    columns = [_of_material(materials, m) for m in range(count)]
+    context = view_context(1)
+    columns = [_of_material(materials, m, context) for m in range(count)]
     if any(column is None for column in columns):
         return None
-    return PhongTable(PhongParameters(*(np.stack(rows, axis=-1) for rows in list(zip(*columns, strict=True))[:-1])))
+    columns = (np.stack(rows, axis=-1) for rows in list(zip(*columns, strict=True))[:-1])
+    return PhongTable(PhongParameters(*columns), scene.geometry.material)
 
 
-def _of_material(materials, m):
+def _of_material(materials, m, context):
     """Parameters (3,) and () of material number `m`; None where they differ by the angle or the side of view."""
-    number, context = materials.program_of[m], view_context(1)
+    number = materials.program_of[m]
     program, material = materials.programs[number], np.full(context.count, m, np.int32)
     arena, surface = Arena(1 << 16), context.surface
     lobes = program.lobes_over(context, materials.constants(number, "scatter", material, arena))

@@ -177,7 +177,7 @@ class Wavefront:
         worker.rays["shadow"] += o.shape[1]
         blocked = self._casters(worker).occluded(o, d, tmax, arena, clock=worker.clock)
         clear = arena.empty(o.shape[1])
-        np.subtract(1, blocked, out=clear, casting="unsafe")
+        np.copyto(clear, np.logical_not(blocked, out=blocked))
         return clear
 
     def _through_surfaces(self, o, d, tmax, worker, ray=SHADOW_RAY):

@@ -275,3 +275,27 @@ def test_a_noise_without_differences_is_no_overflow():
     """The mean of pixels that are all alike, where doublings changed much."""
     flat = np.ones((3, 8, 8))
     np.testing.assert_allclose(estimate.noisy_weights(flat, np.full((8, 8), 8.0), 3.0), 1 / (3 + 3 * FLOOR**2))
+
+
+def test_one_sample_is_summed_in_single_precision_to_the_same_bytes():
+    rng, pixels = np.random.default_rng(4), 40 * 30
+    sample = (rng.standard_normal((7, pixels)) * 10.0 ** rng.integers(-20, 20, (7, pixels))).astype(np.float32)
+    sample[1, 5] = np.nan
+    films = [
+        Film(40, 30, True, rng.permutation(pixels), extra=1, behind=2, compose=_composed, single=single)
+        for single in (False, True)
+    ]
+    films[1]._places = films[0]._places
+    for film in films:
+        for part in (slice(0, 700), slice(700, pixels)):
+            assert film.add(part, sample[:, part].copy(), (0,)) == (part.start == 0)
+    double, single = films
+    assert single._sums.nbytes * 2 == double._sums.nbytes
+    for told in (Film.image, Film.mean, Film.counts, Film.error, Film.variance, lambda f: f.extra(0, 1)):
+        ours, truth = np.asarray(told(single)), np.asarray(told(double))
+        assert ours.dtype == truth.dtype
+        assert ours.tobytes() == truth.tobytes()
+
+
+def _composed(means):
+    return means[:4] + means[2:6] / 3

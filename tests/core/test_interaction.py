@@ -319,6 +319,9 @@ def test_shadow_ray_ends_before_the_lights_surface(scale):
     assert Accel(between).occluded(o, d, distance * np.float32(1.001), arena).all()
     third = Geometry.from_arrays(triangles=scale * (np.concatenate([square, lamp, blocker]) + shift))
     assert Accel(third).occluded(o, d, tmax, arena).all()
+    assert (dot(w, ng, arena) > 0).all()
+    for known, found in zip(spawn_to(p, offset, ng, w, distance, arena, in_front=True), (o, d, tmax), strict=True):
+        np.testing.assert_array_equal(known, found)
     _, d, tmax = spawn_to(p, offset, ng, w, np.float32(np.inf), arena)
     assert np.isinf(tmax).all()
     np.testing.assert_array_equal(d, w)

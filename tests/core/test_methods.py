@@ -147,6 +147,8 @@ def test_tabulated_materials_give_the_bits_of_computed_ones(method, override, mo
     assert phong_table(compiled) is not None
     tabulated = render(compiled, settings).image()
     assert tabulated[..., :3].std() > 0.02
+    monkeypatch.setattr("zraka.core.methods.phong_table._FEW_PRIMITIVES", 0)
+    np.testing.assert_array_equal(tabulated, render(compiled, settings).image())
     monkeypatch.setattr(local, "phong_table", lambda compiled: None)
     np.testing.assert_array_equal(tabulated, render(compiled, settings).image())
 

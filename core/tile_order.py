@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The order in which pixels are traced: square after square, from the picture's middle outwards.
+
+Rays of neighbours meet the same things.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+_LARGEST = 256  # pixels along a square's side; whole squares are worked out
+
+
+class TileOrder:
+    """Which pixel of a region is traced when.
+
+    It is worked out for the pixels that are asked for, by those who trace them, and takes no memory before. Asked with
+    a slice or with numbers in the order of tracing (P,), it gives these pixels' places in the region,
+    ``y * width + x``, int32.
+
+    Parameters
+    ----------
+    region : tuple of int
+        x0, y0, x1, y1 in the frame.
+    width : int
+        Of the frame.
+    side : int
+        Of a square, at most; all have nearly equal sides, of no more than 256.
+    """
+
+    def __init__(self, region, width, side):
+        x0, y0, x1, y1 = region
+        self._corner, self._widths = (x0, y0), (x1 - x0, width)
+        self.size, side = (x1 - x0) * (y1 - y0), min(side, _LARGEST)
+        columns, rows = (np.array(ranges(n, -(-n // side)), np.int32) for n in (x1 - x0, y1 - y0))
+        far = [np.abs(edges.sum(axis=1) - n) for edges, n in ((columns, x1 - x0), (rows, y1 - y0))]
+        nearest = np.argsort((far[1][:, None] + far[0]).ravel(), kind="stable")
+        row, column = np.divmod(nearest, len(columns))
+        self._shapes = np.stack([np.diff(rows)[row, 0], np.diff(columns)[column, 0]])
+        self._first = rows[row, 0] * np.int32(x1 - x0) + columns[column, 0]
+        self._ends = np.concatenate([[0], np.cumsum(self._shapes.prod(axis=0))])
+
+    def __getitem__(self, where):
+        if not isinstance(where, slice):
+            return self._all[where]
+        start, stop, _ = where.indices(self.size)
+        first, last = np.searchsorted(self._ends, (start, stop - 1), side="right") - (1, 0)
+        heights, widths = self._shapes[:, first:last, None, None]
+        down = np.arange(heights.max(), dtype=np.int32)[:, None]
+        across = np.arange(widths.max(), dtype=np.int32)
+        places = self._first[first:last, None, None] + (down * np.int32(self._widths[0]) + across)
+        if places.size > self._ends[last] - self._ends[first]:  # some squares are smaller
+            places = places[(down < heights) & (across < widths)]
+        return places.reshape(-1)[start - self._ends[first] : stop - self._ends[first]]
+
+    def pixels(self, where):
+        """Numbers of the same pixels in the frame."""
+        places, (x0, y0), (own, width) = self[where], self._corner, self._widths
+        if own == width:
+            return places + np.int32(y0 * width) if y0 else places
+        y, x = np.divmod(places, np.int32(own))
+        return (y + np.int32(y0)) * np.int32(width) + x + np.int32(x0)
+
+    @cached_property
+    def _all(self):
+        return self[:]
+
+
+def ranges(count, number):
+    """`count` things in at most `number` ranges of nearly equal size: [(start, stop)]."""
+    edges = [count * k // number for k in range(number + 1)]
+    return [(a, b) for a, b in pairwise(edges) if b > a]
