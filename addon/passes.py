@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import bpy
 import numpy as np
@@ -84,7 +85,8 @@ class Pass:
         One letter a channel, e.g. ``"RGBA"``.
     kind : {"COLOR", "VECTOR", "VALUE"}
     read : callable, optional
-        From a `core.film.Film` and its settings to (H, W, len(channels)) float32, row 0 at the bottom.
+        From a `core.film.Film` and its settings to what makes a slice of rows, (rows, W, len(channels)) float32, row 0
+        at the bottom.
     guide : str
         Name of a picture of `core.methods.guides` or `core.methods.light_passes`, whose rows from `first` on it shows.
         Without one and without `read` the pass stays empty.
@@ -105,7 +107,7 @@ class Pass:
 
 def passes_of(view_layer):
     """Generate the passes of `view_layer` that Zraka renders."""
-    yield Pass("Combined", "RGBA", "COLOR", lambda film, settings: film.image())
+    yield Pass("Combined", "RGBA", "COLOR", lambda film, settings: film.image)
     renamed = bpy.app.version >= (5, 0)
     for switch, name, old_name, channels, kind, guide in _SWITCHED:
         if getattr(view_layer, switch, False):
@@ -147,12 +149,12 @@ def _ranks(view_layer):
 
 def _sample_count(film, settings):
     """Share of the samples asked for, as Cycles tells it."""
-    return (film.counts() / np.float32(settings.samples)).reshape(film.height, film.width, 1)
+    return (film.counts() / np.float32(settings.samples)).reshape(film.height, film.width, 1).__getitem__
 
 
 def _error(film, settings):
     """Estimated standard error of the luminance."""
-    return np.minimum(film.pixel_error(), UNKNOWN)[..., None]
+    return np.minimum(film.pixel_error(), UNKNOWN)[..., None].__getitem__
 
 
 # -- Blender's side ----------------------------------------------------------------------------------------------------
@@ -198,33 +200,50 @@ def _topmost(obj):
     return obj
 
 
-def write_passes(film, render_layer, view_layer, settings=None, guides=None):
-    """Copy a film into the passes of Blender's `render_layer`; with stereo views, the same into each.
+def readers_of(film, view_layer, settings=None, guides=None):
+    """What makes rows of the passes' pictures, by name.
 
     Parameters
     ----------
     settings : core.settings.Settings, optional
-        None writes only the picture, as for one of many on the way.
+        None is for the picture alone, as one of many on the way.
     guides : mapping of str to (C, H·W) float32, optional
         What was made of them.
+
+    Returns
+    -------
+    dict of str to callable
+        From a slice of rows to (rows, W, C) float32.
     """
+    found = {}
     for p in passes_of(view_layer):
-        picture = None
         if p.name == "Combined" or (p.read is not None and settings is not None):
-            picture = p.read(film, settings)
+            found[p.name] = p.read(film, settings)
         elif p.guide in (guides or {}):
-            picture = guides[p.guide][p.first : p.first + len(p.channels)].T
-            if p.guide in _LIGHT and settings.exposure != 1:
-                picture = picture * settings.exposure
+            exposure = settings.exposure if p.guide in _LIGHT else 1
+            picture = guides[p.guide][p.first : p.first + len(p.channels)]
+            found[p.name] = partial(_guide_rows, picture.reshape(-1, film.height, film.width), exposure)
         elif settings is not None and (p.is_empty or guides is not None):
             # Blender fills some with numbers that are not black.
-            picture = np.zeros((film.height, film.width, len(p.channels)), np.float32)
-        if picture is None:
-            continue
+            found[p.name] = np.broadcast_to(np.float32(0), (film.height, film.width, len(p.channels))).__getitem__
+    return found
+
+
+def _guide_rows(picture, exposure, rows):
+    part = np.moveaxis(picture[:, rows], 0, -1)
+    return part if exposure == 1 else part * exposure
+
+
+def write_passes(readers, rows, render_layer):
+    """Copy `rows` of what `readers_of` gave into the passes of Blender's `render_layer`, which holds just these.
+
+    With stereo views, the same goes into each.
+    """
+    for name, read in readers.items():
         # Flat float32 is the only way in that does not convert number by number.
-        pixels = np.ascontiguousarray(picture, dtype=np.float32).reshape(-1)
+        pixels = np.ascontiguousarray(read(rows), dtype=np.float32).reshape(-1)
         for target in render_layer.passes:
-            if target.name == p.name:
+            if target.name == name:
                 target.rect.foreach_set(pixels)
 
 

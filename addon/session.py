@@ -25,6 +25,9 @@ log = logging.getLogger(__name__)
 SHOW_EVERY = 0.25
 """Seconds between two pictures in the image editor: Blender merges every pass of the result for each."""
 
+STRIPE = 1 << 18
+"""Pixels that Blender gets at once, at most, or one row: they are in memory three times until it has them."""
+
 PREVIEW = {"samples": 16, "time_limit": 0.5, "noise_target": 0.02, "chunk": 1 << 15}
 """Of the small pictures of materials; their scene is Blender's own, with settings nobody chose.
 
@@ -160,7 +163,8 @@ def shot_of(engine, scene):
 class Display:
     """The picture in Blender while it is rendered.
 
-    One render result stays open from the first pass to the last; it is refreshed on a budget of time, not by the pass.
+    It is refreshed on a budget of time, not by the pass; stripe after stripe, each a render result of its own: one that
+    stayed open would hold all passes a second time.
     """
 
     def __init__(self, engine, view_layer, settings, view=""):
@@ -168,32 +172,33 @@ class Display:
         self._view = view
         self._view_layer = view_layer
         self._settings = settings
-        # Blender cuts the rectangle down to the border by itself.
-        size = settings.width, settings.height
-        self._result = engine.begin_result(0, 0, *size, layer=view_layer.name, view=view)
         self._next = 0.0
 
-    @property
-    def layer(self):
-        """Blender's render layer, None when the view layer is switched off."""
-        return next(iter(self._result.layers), None)
+    def missing_passes(self):
+        """Name the passes of the layer that stay empty; none when the view layer is switched off."""
+        result = self._begin(0, 0, 1, 1)
+        try:
+            layer = _layer_of(result)
+            return [] if layer is None else passes.missing_passes(layer, self._view_layer, self._settings.method)
+        finally:
+            self._engine.end_result(result, cancel=True)
 
     def on_pass(self, film, progress):
         """Show the film when it is time for it; called after every pass."""
         if time.perf_counter() < self._next:
             return
         self._write(film)
-        self._engine.update_result(self._result)
         self._engine.update_progress(progress)
         self._engine.update_stats("", progress_line(film, self._settings))
         self._next = time.perf_counter() + SHOW_EVERY
 
     def close(self, film, guides=None, names=None):
         """Leave the last picture standing, with all passes; a render that was cancelled keeps what it has."""
-        if film is not None:
-            self._write(film, self._settings, guides)
-            self._stamp(film, names or {})
-        self._engine.end_result(self._result)
+        if film is None:  # black
+            self._engine.end_result(self._begin(0, 0, self._settings.width, self._settings.height))
+            return
+        self._write(film, self._settings, guides)
+        self._stamp(film, names or {})
 
     def _stamp(self, film, names):
         """Tell the files' readers how the picture was made, and what the ids of the mattes stand for."""
@@ -203,9 +208,27 @@ class Display:
             result.stamp_data_add_field(f"zraka.{place}.{field}", value)
         passes.write_metadata(result, self._view_layer, names)
 
+    def _begin(self, *rectangle):
+        """A render result; Blender counts from the corner of the border, and cuts off what is beyond."""
+        return self._engine.begin_result(*rectangle, layer=self._view_layer.name, view=self._view)
+
     def _write(self, film, settings=None, guides=None):
-        if self.layer is not None:
-            passes.write_passes(film, self.layer, self._view_layer, settings, guides)
+        readers = passes.readers_of(film, self._view_layer, settings, guides)
+        height = max(1, STRIPE // film.width)
+        for y in range(0, film.height, height):
+            rows = slice(y, min(y + height, film.height))
+            result = self._begin(0, y, film.width, rows.stop - y)
+            try:
+                layer = _layer_of(result)
+                if layer is not None:
+                    passes.write_passes(readers, rows, layer)
+            finally:
+                self._engine.end_result(result)
+
+
+def _layer_of(result):
+    """Blender's render layer, None when the view layer is switched off."""
+    return next(iter(result.layers), None)
 
 
 def render_job(job, engine, view_layer, before=None):
@@ -232,9 +255,8 @@ def render_job(job, engine, view_layer, before=None):
         display.on_pass(latest, progress)
 
     try:
-        if display.layer is not None:
-            for name in passes.missing_passes(display.layer, view_layer, settings.method):
-                job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
+        for name in display.missing_passes():
+            job.diagnostics.warn(f"the pass {name!r} is not rendered; it stays empty")
         film = render(compiled, settings, on_pass=on_pass, cancelled=engine.test_break)
         if settings.guides.names and film.stats.get("stopped") != "cancelled":
             engine.update_stats("", "Rendering passes")

@@ -203,16 +203,17 @@ class Film:
         with self._lock:
             return self._counts[self._order].astype(np.int32, copy=False)
 
-    def image(self):
-        """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied."""
-        out = np.ones((self.height * self.width, 4), np.float32)
-        for part in _parts(len(out)):
-            pixels = self._order[part]
+    def image(self, rows=slice(None)):
+        """The picture, (H, W, 4) float32, row 0 at the bottom, linear, alpha premultiplied; or some `rows` of it."""
+        order = self._order.reshape(self.height, self.width)[rows].reshape(-1)
+        out = np.ones((order.size, 4), np.float32)
+        for part in _parts(order.size):
+            pixels = order[part]
             with self._lock:
                 sums = self._sums[: self._channels + self._behind, pixels]
                 means = _means(sums, self._counts[pixels])
             out[part, : self._channels] = (means if self._compose is None else self._compose(means)).T
-        return out.reshape(self.height, self.width, 4)
+        return out.reshape(-1, self.width, 4)
 
     # -- the error -----------------------------------------------------------------------------------------------------
 

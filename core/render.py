@@ -8,7 +8,6 @@ in the order of the samples, so the picture does not depend on threads, tiles or
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait

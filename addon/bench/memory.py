@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 import sys
@@ -54,6 +55,7 @@ def _main(order):
     from .engines import open_blend, picture, set_threads
 
     path, engine, percentage, threads, size = json.loads(order)
+    importlib.import_module("OpenImageIO")  # with which the picture is read; neither engine needs it
     scene = open_blend(path, percentage)
     set_threads(scene, threads)
     if size:

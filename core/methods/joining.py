@@ -3,35 +3,56 @@
 
 from __future__ import annotations
 
-import numpy as np
+from itertools import pairwise
+
+from ..bsdf.base import BSDFSample
 
 
-def joined(parts, groups, arena):
-    """Directs of all groups in one array; None when no group has any."""
-    found = [p for p in parts if p is not None]
-    if not found:
-        return None
-    out = arena.empty((*found[0].shape[:-1], groups[-1][2]))
-    for part, (_, start, stop) in zip(parts, groups, strict=True):
-        out[..., start:stop] = 0 if part is None else part
-    return out
+def in_parts(groups, most):
+    """Yield the groups (program, first lane, end), large ones as equal parts of at most `most` lanes."""
+    for program, start, stop in groups:
+        lanes = stop - start
+        number = -(-lanes // most)
+        edges = [start + lanes * k // number for k in range(number + 1)]
+        yield from ((program, a, b) for a, b in pairwise(edges))
 
 
-def joined_samples(parts, groups, arena):
-    """BSDF samples of all groups in one; lanes of a group without get weight 0."""
-    found = [p for p in parts if p is not None]
-    if not found:
-        return None
-    count = groups[-1][2]
-    wi, weight, pdf = arena.zeros((3, count)), arena.zeros((3, count)), arena.zeros(count)
-    flags = None if found[0].flags is None else arena.zeros(count, np.uint8)
-    diffuse = None if found[0].diffuse is None else arena.zeros((3, count))
-    for part, (_, start, stop) in zip(parts, groups, strict=True):
-        if part is None:
-            continue
-        wi[:, start:stop], weight[:, start:stop], pdf[start:stop] = part.wi, part.weight, part.pdf
-        if flags is not None:
-            flags[start:stop] = part.flags
-        if diffuse is not None:
-            diffuse[:, start:stop] = part.diffuse
-    return type(found[0])(wi, weight, pdf, flags=flags, diffuse=diffuse)
+class Joined:
+    """Directs and BSDF samples of all groups, taken over one after the other: a group's own memory is free then.
+
+    Lanes of a group without get 0; both are None until some group has any.
+
+    Parameters
+    ----------
+    count : int
+        Lanes of all groups.
+    arena : Arena
+        Not the one that the groups use.
+    """
+
+    def __init__(self, count, arena):
+        self._count, self._arena = count, arena
+        self.direct = self.scattered = None
+
+    def put(self, direct, scattered, start, stop):
+        """Take over what the lanes from `start` to `stop` gave."""
+        if direct is not None:
+            if self.direct is None:
+                self.direct = self._zeros_like(direct)
+            self.direct[..., start:stop] = direct
+        if scattered is not None:
+            if self.scattered is None:
+                self.scattered = self._samples_like(scattered)
+            for own, part in zip(self.scattered, scattered, strict=True):
+                if own is not None:
+                    own[..., start:stop] = part
+
+    def _samples_like(self, sample):
+        wi, weight = (self._arena.zeros((3, self._count)) for _ in range(2))
+        pdf, flags, diffuse = (
+            None if a is None else self._zeros_like(a) for a in (sample.pdf, sample.flags, sample.diffuse)
+        )
+        return BSDFSample(wi, weight, pdf, flags=flags, diffuse=diffuse)
+
+    def _zeros_like(self, part):
+        return self._arena.zeros((*part.shape[:-1], self._count), part.dtype)

@@ -52,6 +52,20 @@ class Paths:
         return kept
 
 
+def merged(parts):
+    """The `Paths` of a list as one, as of `together`; each column is let go as soon as it is copied."""
+    parts = [part for part in parts if part is not None]
+    if len(parts) < 2:
+        return parts[0] if parts else None
+    columns = {}
+    for name in vars(parts[0]):
+        some = [getattr(part, name) for part in parts]
+        for part in parts:
+            setattr(part, name, None)
+        columns[name] = None if some[0] is None else np.concatenate(some, axis=-1)
+    return Paths(**columns)
+
+
 def together(parts):
     """All `Paths` of a list, or all `Hits`, as one; None are left out, and None is what is made of none."""
     parts = [part for part in parts if part is not None]

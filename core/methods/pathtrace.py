@@ -19,14 +19,15 @@ from ..sampling.mis import weight as mis_weight
 from ..sampling.sampler import Draw
 from .bounce_limits import ending
 from .holdout import SeesFilm, has_holdouts
-from .joining import joined, joined_samples
-from .paths import Paths, together
+from .joining import Joined, in_parts
+from .paths import Paths, merged
 from .roulette import roulette
 from .trails import after_scattering, light_ray, new_trail, shadow_ray
 from .transparency import pass_through
 from .wavefront import Wavefront, any_channel, gather, slices, surface_context
 
 _ROULETTE_DEPTH = 2  # hits before the first roulette
+_MOST_SHADED = 81920  # lanes of a group, for the memory that its lobes take
 
 
 class PathTrace(SeesFilm, Wavefront):
@@ -92,7 +93,7 @@ class PathTrace(SeesFilm, Wavefront):
             worker.unseen = np.concatenate(unseen)
         paths = None
         for depth in range(min(late, default=self.settings.depth), self.settings.depth + 1):
-            paths = together([*late[depth], paths])
+            paths = merged([*late.pop(depth, ()), paths])
             if paths is not None:
                 paths = self._step(paths, depth, chunk.samples, radiance, worker)
         return None if worker.stop.is_set() else radiance
@@ -265,29 +266,33 @@ class PathTrace(SeesFilm, Wavefront):
             if depth >= _ROULETTE_DEPTH:
                 chance = self._numbers(Draw.LIGHT, (3,), paths, depth, samples, spare)[0]
         ray = paths.ray(depth, hits.t, arena)
-        direct, scattered = self._shade(surface, groups, ray, light, sampled, arena)
-        if direct is not None:
-            with arena.frame():  # else most memory would be taken when paths go on
-                self._add_direct(paths, surface, light, direct, depth, radiance, worker)
-        if scattered is None:
-            return None
-        return self._go_on(paths, surface, scattered, chance, depth, worker)
+        with worker.output.frame() as apart:
+            direct, scattered = self._shade(surface, groups, ray, light, sampled, arena, apart)
+            if direct is not None:
+                with arena.frame():  # else most memory would be taken when paths go on
+                    self._add_direct(paths, surface, light, direct, depth, radiance, worker)
+            if scattered is None:
+                return None
+            return self._go_on(paths, surface, scattered, chance, depth, worker)
 
     def _numbers(self, kind, dimensions, paths, depth, samples, arena):
         return self.scene.sampler.draw(kind.at(depth), dimensions, paths.keys, paths.slots, samples, arena)
 
-    def _shade(self, surface, groups, ray, light, sampled, arena):
-        """Evaluate every group's materials: (direct (3, N) or None, BSDFSample or None)."""
-        results = []
-        for program, start, stop in groups:
-            part, seen_by = surface, ray
-            if stop - start < surface.prim.size:
+    def _shade(self, surface, groups, ray, light, sampled, arena, apart):
+        """Evaluate every group's materials: (direct (3, N) or None, BSDFSample or None).
+
+        What several groups gave is put together in the arena `apart`.
+        """
+        if len(groups) == 1:
+            program, start, stop = groups[0]
+            return self._shade_group(program, surface, ray, light, sampled, start, stop, arena)
+        joined = Joined(surface.prim.size, apart)
+        for program, start, stop in in_parts(groups, _MOST_SHADED):
+            with arena.frame():
                 part, seen_by = slices(surface, start, stop), ray.at(slice(start, stop))
-            results.append(self._shade_group(program, part, seen_by, light, sampled, start, stop, arena))
-        if len(results) == 1:
-            return results[0]
-        direct, scattered = zip(*results, strict=True)
-        return joined(direct, groups, arena), joined_samples(scattered, groups, arena)
+                group = self._shade_group(program, part, seen_by, light, sampled, start, stop, arena)
+                joined.put(*group, start, stop)
+        return joined.direct, joined.scattered
 
     def _shade_group(self, number, surface, ray, light, sampled, start, stop, arena):
         scene = self.scene
@@ -304,7 +309,8 @@ class PathTrace(SeesFilm, Wavefront):
             part = slices(light, start, stop)
             direct, pdf = self._evaluate(mixture, lobes, surface, ray, part, arena, shares)
             np.multiply(direct, part.weight, out=direct)
-            np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
+            with arena.frame():
+                np.multiply(direct, mis_weight(part.pdf, pdf, arena), out=direct)
         if sampled is not None:
             u = sampled[:, start:stop]
             scattered = mixture.sample(lobes, surface, u[-1], u[0], u[1], arena, shares, self._tells_rays)
@@ -331,9 +337,10 @@ class PathTrace(SeesFilm, Wavefront):
         if lit.size == 0:
             return
         direct = arena.take(direct, lit)
-        with arena.frame():
-            wi, distance = arena.take(light.wi, lit), arena.take(light.distance, lit)
-            p, offset, ng = (arena.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
+        # What only the segments are made of goes where the next paths will lie: most memory is taken here.
+        with arena.frame(), worker.states[(depth + 1) & 1].frame() as spare:
+            wi, distance = spare.take(light.wi, lit), spare.take(light.distance, lit)
+            p, offset, ng = (spare.take(a, lit) for a in (surface.p, surface.offset, surface.ng))
             ray = shadow_ray(arena.take(paths.trail, lit), depth) if self._tells_rays else SHADOW_RAY
             segments = spawn_to(p, offset, ng, wi, distance, arena)
             np.multiply(direct, self._seen(light, lit, segments, worker, ray), out=direct)

@@ -175,7 +175,9 @@ def test_the_sequencer_comes_after(blender_scene, add_camera, stub_core, tmp_pat
 
 @pytest.mark.parametrize("crop", [False, True])
 @pytest.mark.parametrize("edges", [(0.25, 0.75, 0.5, 1.0), (0.1, 0.7, 0.3, 0.9)])
-def test_a_border(blender_scene, add_camera, stub_core, tmp_path, crop, edges):
+@pytest.mark.parametrize("stripe", [50, 1 << 18])
+def test_a_border(blender_scene, add_camera, stub_core, tmp_path, monkeypatch, crop, edges, stripe):
+    monkeypatch.setattr(session, "STRIPE", stripe)
     add_camera(blender_scene)
     render = blender_scene.render
     render.resolution_x, render.resolution_y = 50, 30
@@ -253,34 +255,41 @@ def test_a_preview_says_nothing():
 
 
 class FakeEngine:
-    """Stands for Blender's side of a render: one layer, one pass; counts what is shown."""
+    """Stands for Blender's side of a render: one layer, one pass; keeps what is shown.
+
+    `rows` are those of the results that were merged, in their order, and `open` those not yet ended.
+    """
 
     is_preview = False
 
     def __init__(self, cancel_after=None):
         self.stamped = {}
-        self.shown, self.progress, self.ended, self.polls = [], [], 0, 0
+        self.progress, self.rows, self.open, self.polls = [], [], 0, 0
         self.cancel_after = cancel_after
-        self.pixels = None
+        self.picture = np.zeros((4, 8, 4), np.float32)
 
     def begin_result(self, x, y, width, height, layer="", view=""):
-        target = SimpleNamespace(name="Combined", rect=SimpleNamespace(foreach_set=self._keep))
-        depth = SimpleNamespace(name="Depth")
-        return SimpleNamespace(layers=[SimpleNamespace(name=layer, passes=[target, depth])])
+        self.open += 1
+        pixels = np.zeros((height, width, 4), np.float32)
 
-    def _keep(self, pixels):
-        assert pixels.dtype == np.float32
-        assert pixels.ndim == 1
-        self.pixels = pixels
+        def keep(values):
+            assert values.dtype == np.float32
+            assert values.shape == (pixels.size,)
+            pixels.reshape(-1)[:] = values
+
+        target = SimpleNamespace(name="Combined", rect=SimpleNamespace(foreach_set=keep))
+        depth = SimpleNamespace(name="Depth")
+        place = slice(y, y + height), slice(x, x + width)
+        return SimpleNamespace(layers=[SimpleNamespace(name=layer, passes=[target, depth])], place=place, pixels=pixels)
 
     def get_result(self):
         return SimpleNamespace(stamp_data_add_field=self.stamped.__setitem__)
 
-    def update_result(self, result):
-        self.shown.append(self.pixels)
-
-    def end_result(self, result):
-        self.ended += 1
+    def end_result(self, result, cancel=False):
+        self.open -= 1
+        if not cancel:
+            self.picture[result.place] = result.pixels
+            self.rows.append((result.place[0].start, result.place[0].stop))
 
     def update_progress(self, progress):
         self.progress.append(progress)
@@ -303,18 +312,41 @@ def test_the_first_pass_is_shown_and_then_on_a_budget(stub_core, monkeypatch):
     engine = FakeEngine()
     monkeypatch.setattr(session, "SHOW_EVERY", 60.0)
     render_faked(engine, Settings(width=8, height=4))
-    assert (len(engine.shown), engine.progress, engine.ended) == (1, [0.25], 1)
+    assert (len(engine.rows), engine.progress, engine.open) == (2, [0.25], 0)  # the first and the last
     monkeypatch.setattr(session, "SHOW_EVERY", 0.0)
     engine = FakeEngine()
     render_faked(engine, Settings(width=8, height=4))
     assert engine.progress == [0.25, 0.5, 0.75, 1.0]
 
 
+def test_large_pictures_come_in_stripes(stub_core, monkeypatch):
+    """Each is a result of its own: while one is open, Blender holds its pixels twice."""
+    monkeypatch.setattr(session, "STRIPE", 30)
+    monkeypatch.setattr(session, "SHOW_EVERY", 60.0)
+    engine = FakeEngine()
+    render_faked(engine, Settings(width=8, height=4))
+    assert (engine.rows, engine.open) == ([(0, 3), (3, 4)] * 2, 0)
+    np.testing.assert_array_equal(engine.picture, gradient(8, 4))
+
+
+def test_a_render_that_fails_at_once_is_black(stub_core, monkeypatch):
+    def failing(compiled, settings, on_pass, cancelled):
+        raise ValueError
+
+    monkeypatch.setattr(rendering, "render", failing)
+    engine = FakeEngine()
+    engine.picture += 1
+    with pytest.raises(ValueError):
+        render_faked(engine, Settings(width=8, height=4))
+    assert engine.open == 0
+    assert not engine.picture.any()
+
+
 def test_cancel_keeps_what_was_rendered(stub_core):
     engine = FakeEngine(cancel_after=0)
     render_faked(engine, Settings(width=8, height=4))
-    assert (stub_core.passes, engine.ended) == (1, 1)
-    np.testing.assert_array_equal(engine.pixels.reshape(4, 8, 4), gradient(8, 4))
+    assert (stub_core.passes, engine.open) == (1, 0)
+    np.testing.assert_array_equal(engine.picture, gradient(8, 4))
 
 
 def test_an_interrupt_keeps_what_was_rendered(stub_core, monkeypatch):
@@ -326,8 +358,8 @@ def test_an_interrupt_keeps_what_was_rendered(stub_core, monkeypatch):
     engine = FakeEngine()
     with pytest.raises(KeyboardInterrupt):
         render_faked(engine, Settings(width=8, height=4))
-    assert engine.ended == 1
-    np.testing.assert_array_equal(engine.pixels.reshape(4, 8, 4), gradient(8, 4))
+    assert engine.open == 0
+    np.testing.assert_array_equal(engine.picture, gradient(8, 4))
 
 
 def test_a_pass_that_is_not_rendered_is_named(stub_core):

@@ -63,6 +63,7 @@ def test_a_large_picture_need_not_keep_the_marks_of_all_pixels(by_slices, monkey
     assert (some.error_step, every.error_step) == (3, 1)
     assert some._marks.shape[2] < 0.3 * every._marks.shape[2]
     np.testing.assert_array_equal(some.image(), every.image())
+    np.testing.assert_array_equal(some.image(slice(2, 5)), every.image()[2:5])
     np.testing.assert_array_equal(some._marks, every._marks[:, :, some._marked._pixels])
     among = np.searchsorted(some._marked._pixels, every._judged._pixels)
     np.testing.assert_array_equal(some._eighths[:, among], every._eighths)

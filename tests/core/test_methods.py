@@ -12,7 +12,8 @@ import pytest
 from zraka.core.compile import compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.diagnostics import Diagnostics
-from zraka.core.methods import local
+from zraka.core.methods import local, pathtrace
+from zraka.core.methods.joining import in_parts
 from zraka.core.methods.phong_table import phong_table
 from zraka.core.methods.wavefront import Wavefront
 from zraka.core.render import passes, render, step_towards
@@ -44,6 +45,20 @@ def test_same_seed_same_bytes_whatever_the_schedule(method):
     base = picture(rich(), method=method, threads=1, tile=256)
     for schedule in ({"threads": 2, "tile": 32}, {"threads": 3, "tile": 17}, {"chunk": 1000}, {"chunk": 1 << 18}):
         np.testing.assert_array_equal(base, picture(rich(), method=method, **schedule))
+
+
+def test_groups_shaded_in_parts_change_no_bit(monkeypatch):
+    base = picture(rich())
+    shaded = []
+
+    def cut(groups, most):
+        shaded.extend(in_parts(groups, 100))
+        return in_parts(groups, 100)
+
+    monkeypatch.setattr(pathtrace, "in_parts", cut)
+    np.testing.assert_array_equal(picture(rich()), base)
+    sizes = [stop - start for _, start, stop in shaded]
+    assert max(sizes) <= 100 < len(sizes)
 
 
 def test_another_seed_gives_other_noise():

@@ -58,9 +58,10 @@ class Watched:
             log["breaks"].append(time.perf_counter())
         return cancelled
 
-    def update_result(self, result):
-        self._engine.update_result(result)
-        log["shown"].append(time.perf_counter())
+    def end_result(self, result, **how):
+        self._engine.end_result(result, **how)
+        if not how:
+            log["shown"].append(time.perf_counter())
 
 
 def watch_renders():
