@@ -17,6 +17,7 @@ ROOT = FOLDER.parents[1]
 GATE = "trixie"
 VERSIONS = {"trixie": "4.3", "sid": "5.2"}
 _left_out = []
+_measured = []
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,15 @@ def blender(installed, samples, tmp_path):
     return Blender(installed.suite, installed.home, tmp_path)
 
 
+@pytest.fixture(scope="session")
+def measured():
+    """A list of lines that are said at the end of the run."""
+    return _measured
+
+
 def pytest_terminal_summary(terminalreporter):
-    """Say it loudly when a Blender was left out."""
+    """Say what was measured, and loudly when a Blender was left out."""
+    for line in _measured:
+        terminalreporter.write_line(f"zraka: {line}")
     for line in dict.fromkeys(_left_out):
         terminalreporter.write_line(f"zraka: {line}", red=True, bold=True)

@@ -31,6 +31,7 @@ host_needs() {
 
 setup() {
     [ "$(id -u)" = 0 ] || fail "only root can set up $suite"
+    command -v apt-get >/dev/null && command -v dpkg-query >/dev/null || fail "only a Debian can set up $suite"
     mkdir -p "$base"
     exec 9>"$tree.lock"
     flock 9  # Two may ask at once.

@@ -227,6 +227,24 @@ def test_ctrl_c_keeps_the_picture(blender):
     assert read(blender.folder / "kept.exr")[..., :3].mean() > 0.05
 
 
+@pytest.mark.parametrize("gui", [False, pytest.param(True, marks=pytest.mark.window)], ids=["b", "F12"])
+def test_the_first_picture(blender, gui, measured):
+    """A second after the export is the aim; the limit leaves room for whatever else the machine does."""
+    arguments = ["--window-geometry", 0, 0, 1164, 655] if gui else ["-b"]
+    script = blender.script("first_picture.py", blender.folder)
+    done = blender(*arguments, "cornell.blend", *script, gui=gui, timeout=300)
+    assert done.returncode == 0, done.stdout
+    log = json.loads((blender.folder / "log.json").read_text(encoding="utf-8"))
+    first, *others = log["seconds"]
+    assert len(others) >= 5
+    how = "F12" if gui else "-b"
+    measured.append(
+        f"Blender {blender.version}, {how}, {log['size'][0]} × {log['size'][1]}: first picture {first:.2f} s after the "
+        f"first export, then {np.median(others):.2f} s (median of {len(others)}), {max(others):.2f} s at most"
+    )
+    assert np.median(others) < 5
+
+
 def test_blenders_own_embree_answers_alike(blender):
     done = blender("-b", *blender.script("hits.py", "facts.json"))
     assert done.returncode == 0, done.stdout
@@ -256,6 +274,7 @@ def test_baking(blender):
     assert 0.02 < facts["occlusion"][0] < 0.9
 
 
+@pytest.mark.window
 def test_the_window(blender):
     """The engine is chosen, its panels are drawn, a render shows its passes and is cancelled."""
     folder = blender.folder / "window"
@@ -268,7 +287,7 @@ def test_the_window(blender):
     assert log["engine"] == "ZRAKA"
     assert set(log["panels"]) == set(log["drawn"])
     assert len(log["previews"]) >= 3
-    assert np.median(log["previews"]) < 1
+    assert np.median(log["previews"]) < 3
     assert log["took_over"] == [77, 4]
     assert read(folder / "methods.png")[..., :3].mean() > 0.05
     assert log["longest_pause"] < 1  # between two calls of Blender's timer, which draws by software
@@ -284,6 +303,35 @@ def test_the_window(blender):
     assert "data:image/jpeg" in page
 
 
+@pytest.mark.window
+def test_previews(blender):
+    """Of materials, worlds and lamps: what Cycles shows in the same place, without more noise than is told from it."""
+    folder = blender.folder / "previews"
+    folder.mkdir()
+    for engine in ("CYCLES", "ZRAKA"):
+        script = blender.script("previews.py", folder, engine)
+        done = blender("--window-geometry", 0, 0, 1280, 800, "cornell.blend", *script, gui=True, timeout=300)
+        assert done.returncode == 0, done.stdout
+        assert "Traceback" not in done.stdout
+    log = json.loads((folder / "log.json").read_text(encoding="utf-8"))
+    rows = {"material": slice(240, 364), "world": slice(152, 276), "light": slice(152, 276)}
+    assert len(log["things"]) == 4
+    for name, kind in log["things"].items():
+        ours, cycles = (read(folder / f"{engine}-{name}.png")[rows[kind], 64:960, :3] for engine in ("ZRAKA", "CYCLES"))
+        assert cycles.max() > 0.3, name
+        blocks = np.abs(blurred(ours) - blurred(cycles))
+        assert blocks.mean() < 0.01, name
+        assert np.percentile(blocks, 99) < 0.08, name
+        assert np.abs(ours - cycles).mean() < 0.025, name
+
+
+def blurred(picture):
+    """The means of blocks of 4 × 4 pixels, (H / 4, W / 4, C)."""
+    height, width, channels = picture.shape
+    return picture.reshape(height // 4, 4, width // 4, 4, channels).mean(axis=(1, 3))
+
+
+@pytest.mark.window
 def test_rendered_shading(blender):
     """The viewport shows what a render does, follows what changes, and leaves nothing running."""
     folder = blender.folder / "viewport"
@@ -320,6 +368,7 @@ def test_rendered_shading(blender):
 
 
 @pytest.mark.slow
+@pytest.mark.window
 def test_random_edits(blender):
     """Five hundred of them, with undo and redo, under Rendered shading: no crash, no leak, the right picture."""
     folder = blender.folder / "edits"
@@ -340,6 +389,7 @@ def test_random_edits(blender):
 
 
 @pytest.mark.slow
+@pytest.mark.window
 def test_no_call_holds_up_the_window(blender, samples):
     """What Blender's own thread spends on Zraka at each update and each redraw, in the sample scenes.
 

@@ -182,7 +182,7 @@ def look_at_panels(context, properties):
                 yield lambda already=already: len(log["drawn"]) > already
             if tab in {"MATERIAL", "WORLD"} or (tab, kind) == ("DATA", "light"):
                 yield lambda previews=previews: len(log["previews"]) > previews
-                yield 0.5
+                yield 3.0  # the other editor's comes after
             shot(f"tab-{tab.lower()}-{kind}")
     scene.zraka.method = "PATHTRACE"
     for thing in (empty, lamp, camera):
