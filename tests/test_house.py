@@ -40,7 +40,7 @@ COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
 METHODS = COMPILE | {"core.methods"}
 # Measures and forecasts know arrays alone, so that a film may be judged by what reports are.
 FILM = SAMPLING | {"core.neighbours", "core.pixel_set", "core.report.error"}
-RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.render"}
+RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.tile_order", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
     "core.diagnostics": set(),
@@ -71,6 +71,7 @@ MAY_IMPORT = {
     "core.shutter": COMPILE,
     "core.neighbours": set(),
     "core.pixel_set": set(),
+    "core.tile_order": set(),
     "core.estimate": FILM,
     "core.film": FILM | {"core.estimate"},
     "core.adaptive": FILM,
