@@ -64,15 +64,29 @@ class Watched:
             log["shown"].append(time.perf_counter())
 
 
+class Previewed(Watched):
+    """A preview's engine, of which is noted when the first picture comes; it is refined then."""
+
+    def __init__(self, engine):
+        super().__init__(engine)
+        self._started = time.perf_counter()
+
+    def test_break(self):
+        return self._engine.test_break()
+
+    def end_result(self, result, **how):
+        self._engine.end_result(result, **how)
+        if not how and self._started is not None:
+            log["previews"].append(time.perf_counter() - self._started)
+            self._started = None
+
+
 def watch_renders():
     render_job = session.render_job
 
     def watched(job, engine, *rest):
         if engine.is_preview:
-            started = time.perf_counter()
-            found = render_job(job, engine, *rest)
-            log["previews"].append(time.perf_counter() - started)
-            return found
+            return render_job(job, Previewed(engine), *rest)
         log["started"] = time.perf_counter()
         try:
             return render_job(job, Watched(engine), *rest)
