@@ -71,26 +71,45 @@ def half_of(count):
 
 
 def remaining(count, ratio):
-    """v(n) in units of what a doubling gained.
+    """v(n) in units of what a doubling gained: that to n where `count` n is a power of two, else to `half_of(n)`."""
+    if count < 2:
+        return math.inf
+    known = count if count & (count - 1) == 0 else half_of(count)
+    return ratio / (1 - ratio) * _variance(count, ratio) / _variance(known, ratio)
 
-    Of the doubling to n where `count` n is a power of two, else of that to m = `half_of(n)`. Such a mean is one of
-    nets of falling sizes b₁ + b₂ + ... = n, each of which lies where the net before it would be doubled, so that the
-    two have the covariance 2 v(2b) - v(b)::
+
+def shares(count, ratio):
+    """Weights of two estimates of what the doubling to m = `half_of(n)` gained, where `count` n is no power of two.
+
+    Of what it did gain, and of the square of what the samples since then changed. Their mean is one of n - m samples
+    that lie where the m would be doubled (`_variance`), so it is known what this should be::
+
+        E (mean of m - mean of n)² = (1 - m/n)² (v(m) + v(n - m) - 2 (2 r - 1) v(m))
+
+    The second weighs as much as the doubling to 2m is done. Fireflies that came since m are seen by it alone.
+    """
+    half = half_of(count)
+    done = count / half - 1
+    known = _variance(half, ratio)
+    gained = known / ratio - known
+    change = (1 - half / count) ** 2 * ((3 - 4 * ratio) * known + _variance(count - half, ratio))
+    return 1 - done, done * gained / change
+
+
+def _variance(count, ratio):
+    """v(n) in units of v(1).
+
+    The mean of n is one of nets of falling sizes b₁ + b₂ + ... = n, each of which lies where the net before it would be
+    doubled, so that the two have the covariance 2 v(2b) - v(b)::
 
         n² v(n) = Σ b² v(b) + 2 Σ b (b' + b'' + ...) (2 v(2b) - v(b)),    v(2b) = r v(b)
     """
-    if count < 2:
-        return math.inf
-    half = half_of(count)
-    own = ratio / (1 - ratio)
-    if count == 2 * half:
-        return own
     total, rest = 0.0, count
     while rest:
         net = 1 << rest.bit_length() - 1
         rest -= net
-        total += (net * net + 2 * net * rest * (2 * ratio - 1)) * ratio ** math.log2(net / half)
-    return own * total / count**2
+        total += (net * net + 2 * net * rest * (2 * ratio - 1)) * ratio ** math.log2(net)
+    return total / count**2
 
 
 def noisy_weights(picture, noise, mean_square):

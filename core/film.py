@@ -330,10 +330,13 @@ class Film:
         gains = np.zeros((4, pixels.size))
         for gain, first, second in zip(gains, (half, quarter, eighth), (picture, half, quarter), strict=False):
             gain[:] = squares(np.subtract(first, second, dtype=np.float64))
-        doubled = _is_doubled(counts)
-        if doubled.all():
-            return picture, gains[:3], counts
-        return picture, np.where(doubled, gains[:3], gains[1:]), counts
+        return picture, np.where(_is_doubled(counts), gains[:3], self._between(gains, counts)), counts
+
+    def _between(self, gains, counts):
+        """The last gains (3, P) of pixels between two doublings, of what has changed since and the gains before."""
+        ratio = (self._doublings or estimate.Doublings()).ratio
+        known, changed = _of_counts(counts, lambda count: estimate.shares(count, ratio) if count > 1 else (0, 0)).T
+        return np.stack((changed * gains[0] + known * gains[1], gains[2], gains[3]))
 
     def _see_doublings(self, gains, weight, counts):
         """Learn what doublings gain from the pixels that have just completed one, where they are many."""
@@ -375,10 +378,11 @@ def _standard_error(variance):
 
 
 def _of_counts(counts, function):
-    """`function` of each count (P,), asked once for each value."""
-    values = np.zeros(counts.max() + 1)
-    for count in np.flatnonzero(np.bincount(counts)):
-        values[count] = function(int(count))
+    """`function` of each count (P,), asked once for each value; (P, ...) as it returns."""
+    asked = np.flatnonzero(np.bincount(counts))
+    found = np.array([function(int(count)) for count in asked])
+    values = np.zeros((asked[-1] + 1, *found.shape[1:]))
+    values[asked] = found
     return values[counts]
 
 

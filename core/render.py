@@ -32,6 +32,7 @@ _MANY_TASKS = 4  # of a worker in a pass; among so many, the last may be small
 _FIRST_LANES = 1 << 18  # of the first pass, at most
 _MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
 _LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, about
+_LEAST_STEP = 4  # samples between such ends but powers of two: so many are traced together
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 _FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
 _MOST = 1 << 30  # samples; more are as good as no goal
@@ -253,8 +254,8 @@ def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
     """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
 
     Powers of four leave the Sobol points of every pass balanced. Small pictures begin with a higher one: less would not
-    be worth the calls. Where the way to the next is long, passes end at powers of two and halfway between, so that the
-    error is known as of late. ``longest(first)`` is asked before each pass.
+    be worth the calls. Where the way to the next is long, passes end at powers of two, halfway between or at quarters,
+    so that the error is known as of late. ``longest(first)`` is asked before each pass.
     """
     first, count = 0, 1
     while 4 * count * pixels <= _FIRST_LANES and count < adaptive.LEAST_SAMPLES:
@@ -264,8 +265,9 @@ def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
         yield first, count
         first += count
         power = 1 << first.bit_length() - 1
-        ends = (power * 3 // 2, 2 * power, 4 * power)
-        count = next((end - first for end in ends if (end - first) * pixels >= _LONG_LANES), ends[-1] - first)
+        steps = *(step for step in (power // 4, power // 2) if step >= _LEAST_STEP), power
+        counts = (step - first % step for step in steps)
+        count = next((count for count in counts if count * pixels >= _LONG_LANES), 4 * power - first)
 
 
 def _doublings(first, count):

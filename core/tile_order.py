@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The order in which pixels are traced: square after square, from the picture's middle outwards.
+"""The order in which pixels are traced: square after square.
 
-Rays of neighbours meet the same things.
+Rays of neighbours meet the same things. The squares are dealt like cards: any piece of the order holds some of
+everywhere, so that pieces of equal size take workers about equally long.
 """
 
 from __future__ import annotations
@@ -36,9 +37,7 @@ class TileOrder:
         self._corner, self._widths = (x0, y0), (x1 - x0, width)
         self.size, side = (x1 - x0) * (y1 - y0), min(side, _LARGEST)
         columns, rows = (np.array(ranges(n, -(-n // side)), np.int32) for n in (x1 - x0, y1 - y0))
-        far = [np.abs(edges.sum(axis=1) - n) for edges, n in ((columns, x1 - x0), (rows, y1 - y0))]
-        nearest = np.argsort((far[1][:, None] + far[0]).ravel(), kind="stable")
-        row, column = np.divmod(nearest, len(columns))
+        row, column = np.divmod(_dealt(len(rows) * len(columns)), len(columns))
         self._shapes = np.stack([np.diff(rows)[row, 0], np.diff(columns)[column, 0]])
         self._first = rows[row, 0] * np.int32(x1 - x0) + columns[column, 0]
         self._ends = np.concatenate([[0], np.cumsum(self._shapes.prod(axis=0))])
@@ -67,6 +66,14 @@ class TileOrder:
     @cached_property
     def _all(self):
         return self[:]
+
+
+def _dealt(count):
+    """The numbers below `count` by their bits reversed, the even before the odd and so on."""
+    numbers = np.zeros(1, np.int32)
+    while numbers.size < count:
+        numbers = np.concatenate([2 * numbers, 2 * numbers + 1])
+    return numbers[numbers < count]
 
 
 def ranges(count, number):

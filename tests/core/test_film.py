@@ -228,8 +228,33 @@ def test_remaining_of_nested_nets_by_simulation():
     variance = {n: np.mean((sums[n - 1] / n) ** 2) for n in (8, 16, 28)}
     # Points of one dimension: each doubling quarters the variance.
     assert variance[16] / variance[8] == pytest.approx(0.25, rel=0.05)
-    found = (variance[8] - variance[16]) * estimate.remaining(count, 0.25)
-    assert found == pytest.approx(variance[28], rel=0.1)
+    gained = variance[8] - variance[16]
+    assert gained * estimate.remaining(count, 0.25) == pytest.approx(variance[28], rel=0.1)
+    # What 12 more samples changed tells the same as the doubling before them.
+    changed = np.mean((sums[count - 1] / count - sums[15] / 16) ** 2)
+    known, since = estimate.shares(count, 0.25)
+    assert known == pytest.approx(0.25)
+    assert changed * since == pytest.approx(0.75 * gained, rel=0.1)
+
+
+@pytest.mark.parametrize("count", [3, 5, 20, 24, 100])
+def test_independent_samples_change_a_mean_by_their_number(count):
+    half = estimate.half_of(count)
+    done = (count - half) / half
+    assert estimate.shares(count, 0.5) == pytest.approx((1 - done, done * count / (count - half)))
+
+
+def test_fireflies_since_the_last_doubling_are_seen():
+    """16 samples of grey, then 8 of which some are bright in a few pixels."""
+    rng = np.random.default_rng(2)
+    samples = 1 + 0.1 * rng.standard_normal((24, 3, 32 * 32)).astype(np.float32)
+    calm, stormy = Film(32, 32), Film(32, 32)
+    for number, block in enumerate(samples):
+        calm.add(np.arange(1024), block.copy(), (number,))
+        if number >= 16:
+            block[:, rng.random(1024) < 0.01] += 20
+        stormy.add(np.arange(1024), block, (number,))
+    assert stormy.error() > 5 * calm.error()
 
 
 def test_doublings_of_a_line():

@@ -235,8 +235,8 @@ def test_passes_that_would_be_long_end_early():
         return [first + count for first, count in passes(samples, pixels)]
 
     assert ends(200 * 200) == [4, 16, 64, 70]
-    assert ends(512 * 512) == [1, 4, 8, 12, 16, 24, 32, 48, 64, 70]
-    assert ends(1920 * 1080, 11) == [1, 2, 3, 4, 6, 8, 11]
+    assert ends(512 * 512) == [1, 4, 8, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 70]
+    assert ends(1920 * 1080, 21) == [1, 2, 4, 8, 12, 16, 20, 21]
     limited = passes(20, 512 * 512, lambda first: 5)
     assert [first + count for first, count in limited] == [1, 4, 8, 12, 16, 20]
 

@@ -24,12 +24,21 @@ def test_every_pixel_comes_once_and_pieces_are_those_of_the_whole(region, side):
     np.testing.assert_array_equal(order.pixels(slice(0, order.size)), (y + y0) * 70 + x + x0)
 
 
-def test_squares_follow_one_another_from_the_middle():
-    order = TileOrder((0, 0, 96, 96), 96, 32)
-    y, x = np.divmod(order[:].reshape(9, 32, 32), 96)
-    assert (np.ptp(x, axis=(1, 2)) == 31).all() and (np.ptp(y, axis=(1, 2)) == 31).all()
-    far = np.abs(x[:, 0, 0] - 32) + np.abs(y[:, 0, 0] - 32)
-    assert far[0] == 0 and (np.diff(far) >= 0).all()
+@pytest.mark.parametrize("pieces", [2, 3, 4])
+@pytest.mark.parametrize("size", [(320, 180), (512, 512), (1920, 1080)])
+def test_squares_follow_one_another_and_every_piece_holds_some_of_everywhere(size, pieces):
+    width, height = size
+    order = TileOrder((0, 0, width, height), width, 32)
+    heights, widths = order._shapes
+    whole = order[:]
+    for first, last, tall, wide in zip(order._ends, order._ends[1:], heights, widths, strict=False):
+        y, x = np.divmod(whole[first:last], width)
+        assert (np.ptp(y), np.ptp(x)) == (tall - 1, wide - 1)
+    near = np.hypot(*(whole // width - height / 2, whole % width - width / 2)) < 0.3 * height
+    up, right = whole // width < height / 2, whole % width < width / 2
+    for part in (near, up, right):
+        shares = [part[a:b].mean() / part.mean() for a, b in ranges(whole.size, pieces)]
+        assert max(shares) < 1.35 and min(shares) > 0.65
 
 
 def test_squares_are_no_larger_than_pieces_that_are_asked_for():
