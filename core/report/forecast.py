@@ -20,7 +20,7 @@ import numpy as np
 _LIMITS = 0.35, 0.75  # of the slope
 _REACH = 16  # times fewer samples than the last step: older ones tell nothing of what comes
 _APART = 1.5  # times the samples that two steps differ by, at least, to tell a slope
-_TRUST = 0.6, 0.25  # in a steeper slope than 1/2, and in a flatter; chosen by measurement: docs/error.md
+_TRUST = 0.8, 0.35  # in a steeper slope than 1/2, and in a flatter; chosen by measurement: docs/error.md
 _SHARE = 0.25  # of the samples, at least, that tell how long one takes
 
 
