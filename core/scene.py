@@ -99,7 +99,9 @@ class Material:
     vector by which its surface is moved, shown as a turned normal; `displacement_step` tells from heights how far
     apart, in footprints of a pixel. `index` is a number that nodes can read. `aovs` are (name, colour, value) that it
     tells besides, each a `Link` or a constant. `bump_correction` softens diffuse reflection on turned normals, and
-    raises those of other lobes until they mirror the viewer's ray to above the surface.
+    raises those of other lobes until they mirror the viewer's ray to above the surface. `older` names what is done on
+    turned normals as by an older Blender: ``"softening"`` (before 4.5) by another formula, ``"strands"`` (before 5.0)
+    as on other surfaces.
     """
 
     name: str
@@ -110,6 +112,7 @@ class Material:
     displacement_step: float = 0.1
     aovs: tuple[tuple, ...] = ()
     bump_correction: bool = True
+    older: tuple[str, ...] = ()
 
     @property
     def side_links(self):

@@ -9,7 +9,7 @@ from ...core import scene as description
 from .cache import Kept
 from .graph import GraphReader
 from .updates import address
-from .versions import bump_correction, default_is_principled, displacement_step, shader_tree
+from .versions import bump_correction, default_is_principled, displacement_step, older_normals, shader_tree
 
 
 class Materials:
@@ -109,4 +109,5 @@ def export_material(material, images, diagnostics):
     aovs = reader.aovs()
     nodes, step = tuple(reader.nodes), displacement_step()
     index, is_corrected = material.pass_index, bump_correction(material)
-    return description.Material(material.name, nodes, surface, displacement, index, step, aovs, is_corrected)
+    older = older_normals()
+    return description.Material(material.name, nodes, surface, displacement, index, step, aovs, is_corrected, older)

@@ -122,7 +122,7 @@ NODES = {
         properties=_same("voronoi_dimensions", "distance", "feature", "normalize"),
         fixed=versions.older_voronoi(),
     ),
-    "ShaderNodeTexIES": NodeType("ies", read=node_inputs.ies),
+    "ShaderNodeTexIES": NodeType("ies", read=node_inputs.ies, fixed=versions.older_ies()),
     "ShaderNodeMapping": NodeType("mapping", properties=_same("vector_type")),
     # Inputs
     "ShaderNodeTexCoord": NodeType(

@@ -84,7 +84,7 @@ class ObjectInfos:
         if parent is None or outer != _NONE or index == _NONE or all(m.type != "NODES" for m in parent.modifiers):
             return None
         if not hasattr(parent, "evaluated_geometry"):
-            message = "attributes of instances of geometry nodes cannot be read before Blender 5.0; properties are"
+            message = "attributes of instances of geometry nodes cannot be read before Blender 4.5; properties are"
             self._diagnostics.warn(message, f"object '{parent.name}'")
             return None
         key = parent.name_full, name

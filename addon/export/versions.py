@@ -88,6 +88,20 @@ def older_diffuse():
     return {"older": ("facets",)} if bpy.app.version < (4, 3) else {}
 
 
+def older_ies():
+    """Properties of the IES Texture, whose splines began and ended at 0 before 5.0."""
+    return {"older": ("ends",)} if bpy.app.version < (5, 0) else {}
+
+
+def older_normals():
+    """What is done otherwise on normals that nodes turn (`core.scene.Material.older`).
+
+    Before 4.5 diffuse reflection was softened by another formula, and strands were softened and shaded by the side that
+    light comes from before 5.0.
+    """
+    return tuple(name for name, until in (("softening", (4, 5)), ("strands", (5, 0))) if bpy.app.version < until)
+
+
 def normal_map():
     """Properties of the Normal Map; since 5.1 the normal of tangent space is made a unit vector."""
     return {"unit_normal": True} if bpy.app.version >= (5, 1) else {}

@@ -22,11 +22,12 @@ SMOOTH = "smooth_normal"  # name of the parameter that is the surface's own shad
 class Bumped:
     """`lobe` with the softening; its parameters have one more, `SMOOTH`.
 
-    Not `is_soft`, it only loses the light from behind the surface.
+    Not `is_soft`, it only loses the light from behind the surface; `is_older`, it is softened as before Blender 4.5.
     """
 
-    def __init__(self, lobe, is_soft=True):
-        self._lobe, self._share = lobe, softening if is_soft else before
+    def __init__(self, lobe, is_soft=True, is_older=False):
+        soft = older_softening if is_older else softening
+        self._lobe, self._share = lobe, soft if is_soft else before
         self.flags = lobe.flags
 
     def sample(self, params, n, wo, uc, u0, u1, arena):
@@ -45,9 +46,9 @@ class Bumped:
 
 
 @cache
-def bumped(lobe, is_soft=True):
+def bumped(lobe, is_soft=True, is_older=False):
     """The `Bumped` of a lobe, always the same one."""
-    return Bumped(lobe, is_soft)
+    return Bumped(lobe, is_soft, is_older)
 
 
 def before(smooth, n, wi, arena):
@@ -71,4 +72,20 @@ def softening(smooth, n, wi, arena):
         alpha_squared = np.minimum(0.125 * (1 / turned - 1), 1)
         np.divide(2, 1 + np.sqrt(1 + alpha_squared * (1 / incident - 1)), out=out)
         np.copyto(out, 0, where=behind)
+    return out
+
+
+def older_softening(smooth, n, wi, arena):
+    """`softening` as it was before Blender 4.5.
+
+    With g, the cosine of light on the smooth normal over the product of those of light and of the smooth normal on the
+    turned one, it is -g³ + g² + g between 0 and 1, where it reaches 0 and 1. Source: Chiang, Li and Burley, "Taming the
+    Shadow Terminator", SIGGRAPH 2019 Talks.
+    """
+    out = arena.empty(wi.shape[-1])
+    with arena.frame():
+        turned = dot(n, wi, arena) * dot(smooth, n, arena)
+        g = dot(smooth, wi, arena) * np.sign(turned) / np.maximum(np.abs(turned), np.float32(1e-12))
+        np.clip(g, 0, 1, out=g)
+        np.multiply(g, 1 + g * (1 - g), out=out)
     return out

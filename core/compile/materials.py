@@ -110,7 +110,7 @@ class Program:
             if self._tables[number] is not None:
                 build = partial(self._tables[number].build, rows=constants.rows)
             if turned is not None or given is not None:
-                entries = _on_normals(build, context, inputs, lobes, turned, given, "uncorrected" not in properties)
+                entries = _on_normals(build, context, inputs, lobes, turned, given, properties)
             elif _is_flat(context.surface) or "uncorrected" in properties or not any(map(_is_lifted, lobes.values())):
                 entries = build(context, inputs)
             else:
@@ -194,6 +194,7 @@ def compile_program(material, diagnostics, subject="material"):
         lobes = closure.lobes(constants, properties)
         if not getattr(material, "bump_correction", True):
             properties["uncorrected"] = True
+        properties["older"] = (*properties.get("older", ()), *getattr(material, "older", ()))
         if lobes:
             number = len(closures)
             closures.append((closure, lobes, properties))
@@ -306,30 +307,32 @@ def _on_lifted(build, context, inputs, lifted):
         yield lobe, color, params, lifted if own is None and _is_lifted(lobe) else own
 
 
-def _on_normals(build, context, inputs, lobes, turned, given, is_corrected):
+def _on_normals(build, context, inputs, lobes, turned, given, properties):
     """What `build` makes on the normal `turned` by a node, or, where that is None, on the surface's displaced one.
 
     Diffuse reflection takes the normal as it is, the rest one that mirrors the viewer's ray to above the surface. Where
     a node has turned it, diffuse reflection is softened. All this is as in Cycles, and so is what is left of it where
     the user wants no correction: diffuse reflection does not reach behind the surface. Hair knows nothing of it: all
-    takes the normal as it is, and light is not asked from which side of the strand it comes.
+    takes the normal as it is, and light is not asked from which side of the strand it comes (it was before 5.0).
     """
     s, arena = context.surface, context.arena
+    is_corrected, older = "uncorrected" not in properties, properties.get("older", ())
     raw = unit_normal(given if turned is None else turned, s.ns, arena)
     n = raised_normal(context, raw) if is_corrected and any(map(_is_lifted, lobes.values())) else raw
-    hair = on_strands(context)
+    hair, as_meshes = on_strands(context), "strands" in older
     more = {RAW_NORMAL: raw}
     if turned is not None:
         more[UNTURNED_NORMAL] = s.ns if given is None else unit_normal(given, s.ns, arena)
     entries = build(replace(context, surface=s._replace(ns=n)), inputs | more)
     for lobe, color, params, own in entries:
         normal = own if own is not None else n if _is_lifted(lobe) else raw
-        params = params if hair is None else params | {UNTESTED: hair}
+        if hair is not None and not (as_meshes and Lobe.GLOSSY in lobe.flags):
+            params = params | {UNTESTED: hair}
         if turned is None or not _is_diffuse(lobe):
             yield lobe, color, params, normal
         else:
-            smooth = s.ns if hair is None else np.where(hair, normal, s.ns)
-            yield bumped(lobe, is_corrected), color, params | {SMOOTH: smooth}, normal
+            smooth = s.ns if hair is None or as_meshes else np.where(hair, normal, s.ns)
+            yield bumped(lobe, is_corrected, "softening" in older), color, params | {SMOOTH: smooth}, normal
 
 
 def _product(builder, weight, factors, inputs):

@@ -21,7 +21,7 @@ def _prepare(properties, diagnostics, place):
     """Read the file's text."""
     name = properties.get("name", "")
     try:
-        return {"table": _Interpolated(parse(properties.get("text", "")))}
+        return {"table": Interpolated(parse(properties.get("text", "")), "ends" in properties.get("older", ()))}
     except ValueError as error:
         diagnostics.warn(f"IES file '{name}' cannot be read, {error}; a strength of {_MISSING:g} is used", place)
         return {}
@@ -40,22 +40,30 @@ def _ies(context, inputs, properties):
     return {"fac": inputs["strength"] * table.at(around, down)}
 
 
-class _Interpolated:
+class Interpolated:
     """Catmull-Rom splines between the angles of a `Photometry`; 0 beyond them.
 
     What would be the next angle beyond an end is the last one; beyond the last plane the one before it, as in Cycles,
-    whose tests of closed circles fail by rounding.
+    whose tests of closed circles fail by rounding. With `dark_ends` it is 0 there, as in Cycles before 5.0.
     """
 
-    def __init__(self, photometry):
+    def __init__(self, photometry, dark_ends=False):
         self._around, self._down = photometry.horizontal, photometry.vertical
         self._strength = np.ascontiguousarray(photometry.strength)
-        self._planes = _neighbours(self._around.size, 0, -2)
-        above = 1 if self._down[0] < 1e-7 else 0  # through the pole the strength is taken to be symmetric
-        self._rows = _neighbours(self._down.size, above, -1)
+        planes, rows = self._strength.shape
+        before, after, above, below = 0, planes - 2, 0, rows - 1
+        if dark_ends:  # a plane and a row more, of zeros
+            self._strength = np.pad(self._strength, ((0, 1), (0, 1)))
+            before, after, above, below = planes, planes, rows, rows
+        if self._down[0] < 1e-7:  # through the pole the strength is taken to be symmetric
+            above = 1
+        self._planes = _neighbours(planes, before, after)
+        self._rows = _neighbours(rows, above, below)
 
     def at(self, around, down):
         """Strengths (N,) in the directions of angles (N,)."""
+        if min(self._around.size, self._down.size) < 2:  # one plane of type A or B: nothing lies between its angles
+            return np.zeros_like(down)
         planes, across = _cell(self._around, around)
         rows, along = _cell(self._down, down)
         total = np.float32(0)
@@ -69,8 +77,7 @@ class _Interpolated:
 
 def _neighbours(count, before, after):
     """Numbers (count - 1, 4) of the angles around each interval; `before` and `after` are those beyond the ends."""
-    inner = np.arange(count)
-    padded = np.concatenate([[before % count], inner, [after % count]])
+    padded = np.concatenate([[before], np.arange(count), [after]])
     return np.stack([padded[k : k + count - 1] for k in range(4)], axis=1)
 
 

@@ -39,6 +39,8 @@ POINT_INFO = tuple(("ShaderNodePointInfo", socket) for socket in ("Position", "R
 STRANDS = tuple(("ShaderNodeHairInfo", s) for s in ("Is Strand", "Intercept", "Length", "Thickness", "Random"))
 STRANDS_TANGENT = (("ShaderNodeHairInfo", "Tangent Normal"),)
 ROOTS = (("ShaderNodeUVMap", 0, ("uv_map", "")), ("ShaderNodeAttribute", "Color", ("attribute_name", "Tint")))
+HEIGHT = ("ShaderNodeAttribute", "Color", ("attribute_type", "INSTANCER"), ("attribute_name", "height"))
+READ_OF_INSTANCES = (HEIGHT,) if bpy.app.version >= (4, 5) else ()  # before, Blender does not tell them to Python
 
 
 def attribute_case(data_type, domain):
@@ -63,8 +65,9 @@ CASES = (
         (
             POSITION,
             ("ShaderNodeObjectInfo", "Random"),
-            ("ShaderNodeAttribute", "Color", ("attribute_type", "INSTANCER"), ("attribute_name", "height")),
+            *READ_OF_INSTANCES,
         ),
+        note="attributes since Blender 4.5, see [blender.md](blender.md)",
     ),
     Case("negative scale", build.mirrored, (POSITION, NORMAL, (GEOMETRY, "True Normal"))),
     Case("shear", build.sheared),

@@ -164,7 +164,7 @@ CASES = (
     Case("point, IES", "POINT", ies(), BALL),
     Case("point, IES, from the side", "POINT", ies(Strength=0.3), BALL, offset=1.2),
     Case("spot, IES", "SPOT", ies(), CONE),
-    Case("area, IES by Incoming", "AREA", turned_ies, AREA, note="up to Blender 4.5 0.8%", since=(5, 0)),
+    Case("area, IES by Incoming", "AREA", turned_ies, AREA),
     Case("point, Blackbody and constants", "POINT", folded, BALL),
     Case("point, Background and a shader that does not emit", "POINT", background, BALL),
     Case("area, two Emissions by Layer Weight", "AREA", mixed, AREA),

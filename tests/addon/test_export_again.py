@@ -47,6 +47,8 @@ def follower(blender_scene, add_camera):
     """A `Follower` of a row of tiles, of which some share a mesh, with a lamp and an instanced collection."""
     add_camera(blender_scene)
     material = bpy.data.materials.new("Paint")
+    if material.node_tree is None:  # before 5.0
+        material.use_nodes = True
     shared = None
     for number in range(COUNT):
         bpy.ops.mesh.primitive_plane_add(size=0.5, location=(number, 0, 0))
@@ -141,8 +143,6 @@ def test_what_an_object_says_of_itself_is_followed(follower):
     edit(lambda: setattr(tile(4), "visible_glossy", False))
     assert_as_first(follower)
     material = tile(4).active_material
-    if material.node_tree is None:
-        material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = next(node for node in nodes if node.type.startswith("BSDF"))
     edit(lambda: links.new(nodes.new("ShaderNodeObjectInfo").outputs["Color"], shader.inputs[0]))

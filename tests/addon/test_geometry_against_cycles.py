@@ -9,8 +9,8 @@ import pytest
 
 from zraka.addon.bench.engines import match, operate, watched
 
-from .geometry_cases import CASES, measure, prepare
-from .geometry_scenes import NORMAL, glowing, hair_curves, primitive, put, shows, tree_of
+from .geometry_cases import CASES, HEIGHT, measure, prepare
+from .geometry_scenes import NORMAL, glowing, hair_curves, instanced_by_nodes, primitive, put, shows, tree_of
 
 DEGENERATE = ("surface", "faces without area")  # Blender makes triangles without area for these, which is said
 
@@ -20,6 +20,17 @@ def test_as_cycles_shows_it(blender_scene, case):
     share, _, messages = measure(blender_scene, case)
     assert share >= case.agreeing
     assert bool(messages) == (case.item in DEGENERATE)
+
+
+@pytest.mark.skipif(bpy.app.version >= (4, 5), reason="since Blender 4.5 they are read")
+def test_attributes_of_instances_that_cannot_be_read_are_said(blender_scene):
+    prepare(blender_scene)
+    instanced_by_nodes(blender_scene)
+    kind, socket, *settings = HEIGHT
+    blender_scene.view_layers[0].material_override = shows(kind, socket, **dict(settings))
+    with watched() as seen:
+        operate(blender_scene, "ZRAKA")
+    assert len(seen.messages) == 1 and "instances of geometry nodes" in seen.messages[0]
 
 
 def test_a_difference_would_be_seen(blender_scene):

@@ -29,6 +29,8 @@ SHOWN = [
     ("TexNoise", 0),
     ("TexChecker", 0),
 ]
+# Cycles 4.2 mirrors what it tells of these directions; mended in July 2024, for 4.3 ("round-trip tests").
+MIRRORED = ("FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID") if bpy.app.version < (4, 3) else ()
 
 
 def both(build, kind="PERSP"):
@@ -61,6 +63,8 @@ def test_agrees_with_cycles(kind, socket):
 def test_window_coordinates_of_panoramas(kind):
     ours, theirs, messages = both(lambda tree: output(add(tree, "TexCoord"), "Window"), kind)
     assert messages == [] and theirs.std() > 0.1
+    if kind in MIRRORED:
+        theirs[..., 0] = np.where(theirs.any(axis=-1), 1 - theirs[..., 0], 0)
     assert compare(ours, theirs, 1e-3)[1] == 0
     assert compare(np.roll(ours, 1, axis=0), theirs, 1e-3)[1] > 0.5
 

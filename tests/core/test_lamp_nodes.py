@@ -15,6 +15,7 @@ from zraka.core.compile.scene import compile_scene
 from zraka.core.diagnostics import Diagnostics
 from zraka.core.lights.area import AreaLights
 from zraka.core.lights.shaded import ShadedLights
+from zraka.core.nodes.ies import Interpolated
 from zraka.core.nodes.ies_file import parse
 from zraka.core.render import render
 from zraka.core.scene import (
@@ -202,6 +203,26 @@ def test_ies_of_a_quadrant_is_mirrored_twice():
     found = parse(file((0, 90), (0, 90), [(1, 2), (3, 4)]))
     np.testing.assert_allclose(np.degrees(found.horizontal), (0, 90, 180, 270, 360), rtol=1e-6)
     np.testing.assert_allclose(found.strength[:, 0], CANDELA * np.array((1, 3, 1, 3, 1)), rtol=1e-6)
+
+
+def strengths(text, around, down, **more):
+    around, down = np.radians(np.float32([around, down]))
+    return Interpolated(parse(text), **more).at(around, down) / np.float32(CANDELA)
+
+
+def test_ies_between_its_angles():
+    """Even light is even up to the ends; before Blender 5.0 what would be beyond them counted as dark."""
+    text = file((0, 40, 80, 120), (0, 100, 200, 300), [(8, 8, 8, 8)] * 4)
+    around, down = (150, 50, 150, 50, 150), (60, 60, 100, 100, 20)
+    np.testing.assert_allclose(strengths(text, around, down), 8, rtol=1e-5)
+    found = strengths(text, around, down, dark_ends=True)
+    np.testing.assert_allclose(found / 8, (1, 17 / 16, 17 / 16, (17 / 16) ** 2, 1), rtol=1e-5)
+
+
+@pytest.mark.parametrize("kind", [2, 3])
+def test_ies_of_one_plane_with_a_level_axis_is_dark(kind):
+    text = file((-90, 0, 90), (0,), [(1, 2, 3)], kind)
+    assert (strengths(text, (0, 90, 180), (0, 90, 180)) == 0).all()
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,6 @@ import numpy as np
 import pytest
 
 from zraka.core.arena import Arena
-from zraka.core.bsdf import diffuse
-from zraka.core.bsdf.bumped import SMOOTH, bumped, softening
-from zraka.core.bsdf.shading_normal import lifted_normal
 from zraka.core.compile import code, compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.compile.materials import compile_program
@@ -33,7 +30,7 @@ from zraka.core.scene import (
 )
 from zraka.core.settings import Settings
 
-from .scenes import camera, quad, radiance, scene
+from .scenes import camera, quad
 
 SETTINGS = Settings(width=32, height=32, samples=1, threads=1)
 
@@ -257,55 +254,6 @@ def test_a_height_is_run_at_three_points_and_what_is_shared_once():
     )
     program, _ = compile_program(emitter(*nodes, output="normal"), Diagnostics())
     assert len(program.emission._steps) == 3 + 2
-
-
-def test_a_normal_is_lifted_until_its_mirror_ray_leaves():
-    rng = np.random.default_rng(0)
-    n, wo = (v / np.linalg.norm(v, axis=0) for v in rng.normal(size=(2, 3, 4000)))
-    n[2], wo[2] = np.abs(n[2]), np.abs(wo[2])
-    n, wo = n.astype(np.float32), wo.astype(np.float32)
-    ng = np.repeat(np.float32([[0], [0], [1]]), n.shape[1], axis=1)
-    found = lifted_normal(n, ng, wo, Arena())
-    rise = 2 * (found * wo).sum(0) * found[2] - wo[2]
-    assert (rise >= np.minimum(0.9 * wo[2], 0.01) - 1e-5).all()
-    np.testing.assert_allclose((found * found).sum(0), 1, atol=1e-5)
-    kept = 2 * (n * wo).sum(0) * n[2] - wo[2] >= 0.02
-    assert kept.any() and (found[:, kept] == n[:, kept]).all() and (found[:, ~kept] != n[:, ~kept]).any()
-
-
-def test_softening_is_one_unturned_and_less_where_turned():
-    n = np.repeat(np.float32([[0], [0], [1]]), 3, axis=1)
-    wi = np.float32([(0, 0, 1), (0.6, 0, 0.8), (0.99995, 0, 0.01)]).T
-    np.testing.assert_allclose(softening(n, n, wi, Arena()), 1)
-    turned = np.repeat(np.float32([[0.8], [0], [0.6]]), 3, axis=1)
-    found = softening(n, turned, wi, Arena())
-    assert found[0] == 1 and (np.diff(found) < 0).all() and found[2] < 0.5
-    assert softening(n[:, :1], turned[:, :1], np.float32([[0.9], [0], [-0.43]]), Arena())[0] == 0
-
-
-def test_a_softened_lobe_samples_what_it_evaluates():
-    rng = np.random.default_rng(1)
-    n = np.repeat(np.float32([[0.6], [0], [0.8]]), 1000, axis=1)
-    params = {SMOOTH: np.repeat(np.float32([[0], [0], [1]]), 1000, axis=1)}
-    lobe, arena = bumped(diffuse), Arena()
-    assert lobe is bumped(diffuse) and lobe.flags == diffuse.flags
-    s = lobe.sample(params, n, n, *rng.random((3, 1000), np.float32), arena)
-    f, pdf = lobe.eval_pdf(params, n, n, s.wi, arena)
-    np.testing.assert_allclose(f, s.weight * s.pdf, atol=1e-5)
-    np.testing.assert_allclose(pdf, s.pdf, atol=1e-5)
-
-
-@pytest.mark.parametrize("closure", ["diffuse", "glossy", "principled", "glass", "translucent"])
-def test_turned_normals_make_no_light(closure):
-    nodes = (
-        Node("noise", {"scale": 20.0}),
-        Node("bump", {"height": Link(0, "fac")}),
-        Node(closure, {"color": (1.0,) * 3, "base_color": (1.0,) * 3, "roughness": 0.5, "normal": Link(1, "normal")}),
-    )
-    view = camera((0, -2, 1.5), (0, 0, 0), fov=0.2)
-    mesh = Instance(quad(4), materials=(Material("bumpy", nodes, 2),))
-    found = radiance(scene(view, mesh, world=1.0), samples=64, depth=1)
-    assert 0.2 < found < 1.01
 
 
 # -- graphs ------------------------------------------------------------------------------------------------------------

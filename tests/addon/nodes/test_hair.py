@@ -114,7 +114,10 @@ def assert_alike(scene, tolerance):
 @pytest.mark.parametrize("kind", ["BsdfDiffuse", "BsdfAnisotropic", "BsdfPrincipled"])
 @pytest.mark.parametrize("is_corrected", [True, False])
 def test_turned_normals_on_strands(kind, is_corrected):
-    """Neither raised nor softened, and light may come from below: without its light tree Cycles samples all of it."""
+    """Neither raised nor softened, and light may come from below: without its light tree Cycles samples all of it.
+
+    Before 5.0 strands are softened as other surfaces are, and light that comes from below is tested.
+    """
     scene = strands((kind, {}, {}), (0.3, -0.4, 0.8))
     material = bpy.data.materials["Hair"]
     material.cycles.use_bump_map_correction = is_corrected
@@ -123,6 +126,9 @@ def test_turned_normals_on_strands(kind, is_corrected):
     turned = add(tree, "CombineXYZ", {"X": 0.6, "Y": -0.5, "Z": 0.6})
     tree.links.new(turned.outputs[0], shader.inputs["Normal"])
     scene.cycles.use_light_tree = False
+    if bpy.app.version < (5, 0):  # there light ends at an edge across the strands, which is noise
+        scene.zraka.samples = MORE_SAMPLES
+        match(scene)
     assert_alike(scene, 0.005)
 
 

@@ -101,7 +101,6 @@ CASES = [
     Case("Normal Map: tangent, missing UV map", mapped(uv_map="nothing")),
     # Blender makes a map of its own then. At a pole its tangents cancel, and what Cycles takes is rounding noise.
     Case("Normal Map: tangent, no UV map", mapped(keep_uv=False), share=0.06),
-    Case("Normal Map: tangent, no UV map, its seam", seam),
     Case("Bump: noise", bumped()),
     Case("Bump: inverted, strength 0.4", bumped(inputs={"Strength": 0.4}, invert=True)),
     Case("Bump: flat", bumped(shape={"smooth": False})),
@@ -121,6 +120,8 @@ CASES = [
 ]
 if bpy.app.version >= (5, 0):
     CASES.append(Case("Bump: filter width 3", bumped(inputs={"Filter Width": 3.0})))
+    # Before, Cycles measures triangles over the seam the long way round, and their tangents jump (its issue 139753).
+    CASES.append(Case("Normal Map: tangent, no UV map, its seam", seam))
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
