@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...core import scene as description
+from ...core.arena import uninitialised
 from .attributes import active_color, edges_of, export_attributes
 
 _PART = 1 << 14
@@ -94,7 +95,7 @@ def _material_index(mesh, count):
 
 def _looked_up(values, index):
     """``values[index]`` for valid rows of `index`, in parts that stay in the cache."""
-    out = np.zeros(index.shape, values.dtype)
+    out = uninitialised(index.shape, values.dtype)
     for start in range(0, len(index), _PART):
         part = slice(start, start + _PART)
         np.take(values, index[part], out=out[part], mode="clip")
@@ -103,6 +104,6 @@ def _looked_up(values, index):
 
 def _get(collection, attribute, shape, dtype):
     """All of `attribute` in `collection` as an array."""
-    out = np.zeros(shape, dtype)
+    out = uninitialised(shape, dtype)
     collection.foreach_get(attribute, out.reshape(-1))
     return out
