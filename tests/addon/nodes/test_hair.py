@@ -145,9 +145,8 @@ def test_ribbons_shade_each_other_less_the_thicker_they_are(thickness, apart):
     assert (abs(operate(scene, "CYCLES")[0].mean() / tubes - 1) > 0.05) == apart
 
 
-@pytest.mark.skipif(bpy.app.version < (4, 3), reason="Blender 4.2 leaves out nothing")
 def test_cycles_leaves_out_half_of_principled_hair_on_meshes():
-    """Of suns mirrored in the plane along the view and the tangent it shows one; both lie in the lobes alike."""
+    """Of suns mirrored in the plane along the view and the tangent it shows one since Blender 5.0; both lie in the lobes."""
     slope = Slope([of_kind(*KINDS["colour"])])
     slope.tilt(30.0)
     seen = {}
@@ -156,7 +155,8 @@ def test_cycles_leaves_out_half_of_principled_hair_on_meshes():
             slope.add_sun((0.3, side, 0.8))
             seen[engine, side] = slope.render(engine, SAMPLES).max()
     assert min(seen["ZRAKA", side] for side in (-0.5, 0.5)) > 1e-3
-    assert seen["CYCLES", 0.5] == 0
+    known = seen["ZRAKA", 0.5] if bpy.app.version < (5, 0) else 0
+    assert seen["CYCLES", 0.5] == pytest.approx(known, rel=0.015)
     assert seen["CYCLES", -0.5] == pytest.approx(seen["ZRAKA", -0.5], rel=0.015)
 
 
