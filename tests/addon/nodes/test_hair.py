@@ -146,7 +146,7 @@ def test_ribbons_shade_each_other_less_the_thicker_they_are(thickness, apart):
 
 
 def test_cycles_leaves_out_half_of_principled_hair_on_meshes():
-    """Of suns mirrored in the plane along the view and the tangent it shows one since Blender 5.0; both lie in the lobes."""
+    """Of suns mirrored in the plane along the view and the tangent it shows one (from 5.0 on); the lobes have both."""
     slope = Slope([of_kind(*KINDS["colour"])])
     slope.tilt(30.0)
     seen = {}
