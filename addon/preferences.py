@@ -8,7 +8,9 @@ import sys
 
 import bpy
 import numpy as np
-from bpy.props import FloatProperty, IntProperty
+from bpy.props import BoolProperty, FloatProperty, IntProperty
+
+from ..core.settings import can_fork
 
 _ID = __package__.rpartition(".")[0]
 _VIEWPORT_BUDGET = 0.04
@@ -27,6 +29,12 @@ class ZrakaPreferences(bpy.types.AddonPreferences):
         min=0,
         max=1024,
     )
+    processes: BoolProperty(
+        name="Separate Processes",
+        description="Render what takes longer than half a second in processes of their own, one a thread: up to a "
+        "fifth faster, more on many processors. Switch it off if a render does not begin",
+        default=True,
+    )
     viewport_budget: FloatProperty(
         name="Viewport Budget",
         description="Seconds that the first picture after a change of the view may take: its pixels are as large as "
@@ -43,6 +51,8 @@ class ZrakaPreferences(bpy.types.AddonPreferences):
         settings = self.layout.column()
         settings.use_property_split = True
         settings.prop(self, "threads")
+        if can_fork():
+            settings.prop(self, "processes")
         settings.prop(self, "viewport_budget")
         column = self.layout.column(align=True)
         trouble = install_trouble()
@@ -71,6 +81,11 @@ def install_trouble():
 def preferred_threads():
     """Threads of scenes that leave their number open; 0 is one for each processor."""
     return getattr(_preferences(), "threads", 0)
+
+
+def preferred_processes():
+    """Whether long renders are traced by processes where the system has them."""
+    return getattr(_preferences(), "processes", True)
 
 
 def viewport_budget():

@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ..core.settings import Settings
 from ..core.visibility import UNLIMITED
-from .preferences import preferred_threads
+from .preferences import preferred_processes, preferred_threads
 
 ENGINE = "ZRAKA"
 """What ``scene.render.engine`` is where Zraka renders."""
@@ -320,6 +320,7 @@ def settings_of(scene, **overrides):
     chosen["method"], chosen["pixel_filter"] = group.method.lower(), group.pixel_filter.lower()
     fixed = scene.render.threads_mode == "FIXED"
     chosen["threads"] = scene.render.threads if fixed else preferred_threads()
+    chosen["processes"] = preferred_processes()
     chosen["transparent_film"] = scene.render.film_transparent
     chosen["transparent_glass"] = group.film_transparent_glass
     chosen["transparent_roughness"] = round(group.film_transparent_roughness, 6)  # float32 in Blender

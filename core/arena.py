@@ -110,15 +110,16 @@ def uninitialised(shape, dtype=np.float32):
     return np.empty(shape, dtype)
 
 
-def zeros_on_demand(shape, dtype):
+def zeros_on_demand(shape, dtype, shared=False):
     """Zeros that take memory, by huge pages where the system has them, and time only where they are touched.
 
-    `numpy.zeros` would get small pages, and what is filled is touched.
+    `numpy.zeros` would get small pages, and what is filled is touched. What is `shared` is the same in forks.
     """
     nbytes = math.prod(shape) * _itemsize(dtype)
-    if nbytes < _LARGE:
+    if not shared and nbytes < _LARGE:
         return np.zeros(shape, dtype)
-    private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
+    private = not shared and hasattr(mmap, "MAP_PRIVATE")
+    private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if private else {}
     try:
         memory = mmap.mmap(-1, nbytes, **private)
     except OSError as error:

@@ -9,7 +9,7 @@ which pixels are traced, so that a task adds to one piece of memory.
 from __future__ import annotations
 
 import math
-from functools import cached_property
+from functools import cached_property, partial
 from threading import Lock
 from typing import NamedTuple
 
@@ -60,6 +60,8 @@ class Film:
         and of every `error_step`-th pixel of every `error_step`-th row, at a tenth of the memory.
     single : bool
         Whether no pixel gets more than one sample. Then float32 holds the sums as well.
+    shared : bool
+        Whether processes that are forked later may add to it, after `share`.
 
     Attributes
     ----------
@@ -83,17 +85,19 @@ class Film:
         compose=None,
         pixel_errors=True,
         single=False,
+        shared=False,
     ):
         self.width, self.height = width, height
         self.samples = 0
         self._lock = Lock()
+        self._zeros = partial(zeros_on_demand, shared=shared)
         total = height * width
         self._places = places
         self._channels = 4 if alpha else 3
         self._behind, self._compose = behind, compose
-        self._sums = zeros_on_demand((self._channels + behind + extra, total), np.float32 if single else np.float64)
+        self._sums = self._zeros((self._channels + behind + extra, total), np.float32 if single else np.float64)
         self.error_step = 1 if pixel_errors or total <= _SMALL else math.ceil(math.sqrt(total / _GRID))
-        self._counts = zeros_on_demand((total,), np.uint8 if single else np.int32)
+        self._counts = self._zeros((total,), np.uint8 if single else np.int32)
         self._gains_seen = {}  # of the whole picture, by the doubled number of samples
         self._doublings = None  # of `estimate`, once they were seen
         self.nonfinite = 0
@@ -108,6 +112,15 @@ class Film:
             for part in _parts(order.size):  # numpy copies the index, at twice its size
                 order[self._places[part]] = np.arange(part.start, part.stop, dtype=np.int32)
         return order
+
+    def share(self, lock):
+        """Let processes that are forked after this add, each while it holds `lock`."""
+        self._lock = lock
+        _ = self._marks, self._eighths  # which forks must not make each for itself
+
+    def unshare(self):
+        """Forget that lock, which a process that has ended may hold."""
+        self._lock = Lock()
 
     def add(self, where, radiance, samples):
         """Add samples of pixels, in the order of their numbers.
@@ -179,12 +192,12 @@ class Film:
     @cached_property
     def _marks(self):
         """The mean colour of the first n/2 and n/4 samples, n the power of two that a pixel fills."""
-        return zeros_on_demand((2, 3, self._marked.count(self._order.size)), np.float32)
+        return self._zeros((2, 3, self._marked.count(self._order.size)), np.float32)
 
     @cached_property
     def _eighths(self):
         """That of the first n/8."""
-        return np.zeros((3, self._judged.count(self._order.size)), np.float32)
+        return self._zeros((3, self._judged.count(self._order.size)), np.float32)
 
     def mean(self):
         """Mean radiance (C, H·W) float64, 0 where no sample fell. May be asked while workers add."""

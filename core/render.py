@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import os
 import time
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from queue import SimpleQueue
-from threading import Event
+from concurrent.futures import FIRST_COMPLETED, wait
 
 import numpy as np
 
@@ -20,10 +18,12 @@ from . import adaptive
 from .compile.memory import check_picture
 from .film import Film, Step
 from .methods import method_of
-from .methods.wavefront import Chunk, Worker
+from .methods.wavefront import Chunk
 from .report.forecast import Forecast
+from .settings import can_fork
 from .shutter import Shutter
 from .tile_order import TileOrder, ranges
+from .workers import Threads
 
 _POLL = 0.02  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
@@ -35,6 +35,7 @@ _LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, ab
 _LEAST_STEP = 4  # samples between such ends but powers of two: so many are traced together
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 _FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
+_WORTH_FORKING = 0.5  # seconds of a render that is left
 _MOST = 1 << 30  # samples; more are as good as no goal
 _SHARE_OF_WAY = 0.8  # of the doublings to a noise target, made in one pass: falling short costs a pass, not time
 
@@ -79,36 +80,38 @@ class _Render:
         self._waves = any_of.waves
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         told = settings.pixel_errors or self._adaptive
+        self._count = settings.threads or os.cpu_count() or 1
+        self._may_fork = settings.processes and can_fork() and self._count > 1 and settings.samples > 1
         self._film = Film(
             *(x1 - x0, y1 - y0, settings.transparent_film, self._order, any_of.extra),
             *composed,
             pixel_errors=told,
             single=settings.samples == 1,
+            shared=self._may_fork,
         )
-        self._stop = Event()
-        self._workers = [Worker(stop=self._stop) for _ in range(settings.threads or os.cpu_count() or 1)]
-        self._idle = SimpleQueue()
-        for worker in self._workers:
-            self._idle.put(worker)
+        self._workers = Threads(self._trace, self._count)
+        self._done_before = []  # `Counters` of workers that have gone
         self._shown = self._start = time.perf_counter()
 
     def run(self, on_pass, cancelled):
         film, settings = self._film, self._settings
         stopped = None
-        with ThreadPoolExecutor(len(self._workers)) as pool:
-            try:
-                for first, count in passes(settings.samples, self._order.size, self._longest):
-                    stopped = self._pass(pool, first, count, on_pass, cancelled)
-                    if stopped:
-                        break
-                    film.samples = first + count
-                    self._note(film.samples)
-                    self._show(on_pass, film.samples)
-                    stopped = self._reached()
-                    if stopped:
-                        break
-            finally:
-                self._stop.set()
+        try:
+            for first, count in passes(settings.samples, self._order.size, self._longest):
+                if self._may_fork and first and self._left(first) > _WORTH_FORKING:
+                    self._fork()
+                stopped = self._pass(first, count, on_pass, cancelled)
+                if stopped:
+                    break
+                film.samples = first + count
+                self._note(film.samples)
+                self._show(on_pass, film.samples)
+                stopped = self._reached()
+                if stopped:
+                    break
+        finally:
+            self._workers.close()
+            film.unshare()
         if stopped in ("time", "cancelled") and film.counts().mean() > film.samples:
             self._note(float(film.counts().mean()))
         self._write_stats()
@@ -134,15 +137,35 @@ class _Render:
             longest = min(longest, max(1, int(left / forecast.seconds_a_sample())))
         return longest
 
-    def _pass(self, pool, first, count, on_pass, cancelled):
+    def _left(self, first):
+        """Seconds that the samples from `first` on may take."""
+        so_far = time.perf_counter() - self._start
+        left = so_far / first * (self._settings.samples - first)
+        return min(left, self._settings.time_limit - so_far) if self._settings.time_limit else left
+
+    def _fork(self):
+        """Have processes trace from here on, unless the system refuses."""
+        from .processes import Processes, shared_lock  # many renders never need them
+
+        self._may_fork = False
+        self._workers.close()
+        self._done_before, self._workers = self._workers.counters(), None  # their memory, too
+        try:
+            self._film.share(shared_lock())
+            self._workers = Processes(self._trace, self._count)
+        except OSError:
+            self._film.unshare()
+            self._workers = Threads(self._trace, self._count)
+
+    def _pass(self, first, count, on_pass, cancelled):
         """Add samples to the pixels; says why it stopped early, or None."""
-        waiting = {pool.submit(self._trace, *task) for task in self._tasks(first, count)}
+        waiting = {self._workers.submit(task) for task in self._tasks(first, count)}
         total = len(waiting)
         try:
             while waiting:
                 done, waiting = wait(waiting, timeout=_POLL, return_when=FIRST_COMPLETED)
                 for future in done:
-                    future.result()
+                    self._workers.finish(future)
                 if waiting and cancelled():
                     return "cancelled"
                 if waiting and first and self._out_of_time():
@@ -151,7 +174,7 @@ class _Render:
                     self._show(on_pass, first + count * (1 - len(waiting) / total))
         finally:
             if waiting:
-                self._stop.set()
+                self._workers.stop()
                 for future in waiting:
                     future.cancel()
                 wait(waiting)
@@ -176,7 +199,7 @@ class _Render:
 
     def _parts(self, pixels, count):
         """Ranges of `pixels` whose `count` samples make tasks of equal size."""
-        workers, lanes = len(self._workers), pixels * count
+        workers, lanes = self._count, pixels * count
         together = self._chunk * min(count, self._waves * len(self._methods))  # each moment's samples fill a chunk
         number = max(-(-lanes // together), min(workers, lanes // _FEWEST_LANES), 1)
         parts = ranges(pixels, -(-number // workers) * workers)
@@ -194,22 +217,18 @@ class _Render:
         on_pass(self._film, min(done, 1.0))
         self._shown = time.perf_counter()
 
-    def _trace(self, where, first, count):
+    def _trace(self, worker, where, first, count):
         """Trace samples of the pixels `where`, chunk by chunk, into the film."""
         pixels = self._order.pixels(where)
-        worker = self._idle.get()
-        try:
-            for method, samples in self._batches(first, count, pixels.size):
-                for a, b in ranges(pixels.size, -(-pixels.size // self._chunk)):
-                    radiance = method.radiance(Chunk(pixels[a:b], samples), worker)
-                    if radiance is None:
-                        return
-                    if self._settings.exposure != 1:
-                        radiance[:3] *= self._settings.exposure
-                    part = slice(where.start + a, where.start + b) if isinstance(where, slice) else where[a:b]
-                    worker.nonfinite += self._film.add(part, radiance, samples)
-        finally:
-            self._idle.put(worker)
+        for method, samples in self._batches(first, count, pixels.size):
+            for a, b in ranges(pixels.size, -(-pixels.size // self._chunk)):
+                radiance = method.radiance(Chunk(pixels[a:b], samples), worker)
+                if radiance is None:
+                    return
+                if self._settings.exposure != 1:
+                    radiance[:3] *= self._settings.exposure
+                part = slice(where.start + a, where.start + b) if isinstance(where, slice) else where[a:b]
+                worker.nonfinite += self._film.add(part, radiance, samples)
 
     def _batches(self, first, count, pixels):
         """Yield (method, sample numbers) of chunks, moment after moment where the shutter is open for a time."""
@@ -237,16 +256,18 @@ class _Render:
         return bool(limit) and time.perf_counter() - self._start >= limit
 
     def _write_stats(self):
-        workers = self._workers
-        self._film.nonfinite = sum(w.nonfinite for w in workers)
+        now = self._workers.counters()
+        done = self._done_before + now
+        kinds = done[0].rays
+        self._film.nonfinite = sum(c.nonfinite for c in done)
         self._film.stats.update(
             seconds=time.perf_counter() - self._start,
             error=self._film.history[-1].error if self._film.history else float("inf"),
-            rays={kind: sum(w.rays[kind] for w in workers) for kind in workers[0].rays},
-            embree_seconds=sum(w.clock.seconds for w in workers) / len(workers),
+            rays={kind: sum(c.rays[kind] for c in done) for kind in kinds},
+            embree_seconds=sum(c.embree_seconds for c in done) / self._count,
             nonfinite=self._film.nonfinite,
-            threads=len(workers),
-            arena_bytes=sum(w.nbytes for w in workers),
+            threads=self._count,
+            arena_bytes=sum(c.arena_bytes for c in now),
         )
 
 

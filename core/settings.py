@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -78,6 +79,8 @@ class Settings:
         all to `depth`.
     seed, threads : int
         `threads` 0 is one for each processor.
+    processes : bool
+        The threads of a long render are processes where the system can fork: none waits for another's Python.
     tile, chunk : int
         Side of the squares in which pixels are ordered; lanes that are traced together, 0 as many as suit the method.
     time_limit : float
@@ -120,6 +123,7 @@ class Settings:
     transmission_bounces: int = UNLIMITED
     seed: int = 0
     threads: int = 0
+    processes: bool = False
     tile: int = 32
     chunk: int = 0
     time_limit: float = 0.0
@@ -164,3 +168,8 @@ class Settings:
     def region(self):
         """(x0, y0, x1, y1) of the pixels rendered."""
         return self.border or (0, 0, self.width, self.height)
+
+
+def can_fork():
+    """Whether workers can be processes: macOS forbids forks to programs with windows, Windows has none."""
+    return sys.platform == "linux"

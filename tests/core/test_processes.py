@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Forked workers: the picture of threads, byte for byte, and an end that nobody notices."""
+
+import os
+import signal
+import time
+from dataclasses import replace
+from multiprocessing import active_children
+
+import numpy as np
+import pytest
+
+from zraka.core import render as rendering
+from zraka.core.compile import compile_scene
+from zraka.core.diagnostics import Diagnostics, SceneError
+from zraka.core.render import render
+from zraka.core.settings import Settings, can_fork
+
+from .scenes import cornell
+
+pytestmark = pytest.mark.skipif(not can_fork(), reason="this system cannot fork")
+
+SIZE = 48
+
+
+@pytest.fixture(autouse=True)
+def always_worth_it(monkeypatch):
+    monkeypatch.setattr(rendering, "_WORTH_FORKING", 0.0)
+    yield
+    assert not active_children()
+
+
+def prepared(**settings):
+    chosen = {"width": SIZE, "height": SIZE, "samples": 64, "threads": 2, "processes": True}
+    settings = Settings(**(chosen | settings))
+    return compile_scene(cornell(), settings, Diagnostics()), settings
+
+
+def forks(monkeypatch):
+    """A list that gets the worker count of every fork."""
+    from zraka.core import processes
+
+    made, begin = [], processes.Processes.__init__
+
+    def watched(self, trace, count):
+        made.append(count)
+        begin(self, trace, count)
+
+    monkeypatch.setattr(processes.Processes, "__init__", watched)
+    return made
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"threads": 5, "chunk": 3000},
+        {"samples": 23},
+        {"adaptive": True},
+        {"method": "raytrace"},
+        {"transparent_film": True, "exposure": 2.0, "pixel_errors": False},
+    ],
+    ids=str,
+)
+def test_pictures_are_those_of_threads(more, monkeypatch):
+    made = forks(monkeypatch)
+    compiled, settings = prepared(**more)
+    apart = render(compiled, settings)
+    together = render(compiled, replace(settings, processes=False))
+    assert made == [settings.threads]
+    assert apart.image().tobytes() == together.image().tobytes()
+    assert apart.counts().tobytes() == together.counts().tobytes()
+    assert apart.pixel_error().tobytes() == together.pixel_error().tobytes()
+    assert [step.error for step in apart.history] == [step.error for step in together.history]
+    assert apart.stats["rays"] == together.stats["rays"]
+    assert apart.stats["embree_seconds"] > 0
+    assert apart.stats["threads"] == settings.threads
+
+
+def test_a_picture_of_one_sample_or_one_thread_is_not_forked(monkeypatch):
+    made = forks(monkeypatch)
+    for more in ({"samples": 1}, {"threads": 1}, {"processes": False}):
+        render(*prepared(**more))
+    assert not made
+
+
+def test_short_renders_are_not_forked(monkeypatch):
+    monkeypatch.setattr(rendering, "_WORTH_FORKING", 60.0)
+    made = forks(monkeypatch)
+    render(*prepared())
+    assert not made
+
+
+def test_a_time_limit_counts(monkeypatch):
+    monkeypatch.setattr(rendering, "_WORTH_FORKING", 60.0)
+    made = forks(monkeypatch)
+    film = render(*prepared(samples=1 << 24, time_limit=0.3))
+    assert film.stats["stopped"] == "time"
+    assert not made
+
+
+def test_cancel_ends_processes_at_once():
+    compiled, settings = prepared(samples=1 << 20, width=256, height=256)
+    started = time.perf_counter()
+    asked = []
+
+    def cancelled():
+        if active_children():
+            asked.append(time.perf_counter())
+        return len(asked) > 3
+
+    film = render(compiled, settings, cancelled=cancelled)
+    assert film.stats["stopped"] == "cancelled"
+    assert film.counts().min() >= 1
+    assert np.isfinite(film.image()).all()
+    assert time.perf_counter() - asked[-1] < 10
+    assert asked[-1] > started
+
+
+def test_the_picture_is_shown_while_processes_trace(monkeypatch):
+    monkeypatch.setattr(rendering, "_SHOW_EVERY", 0.0)
+    compiled, settings = prepared(samples=128, width=96, height=96)
+    seen = []
+    film = render(compiled, settings, on_pass=lambda film, done: seen.append((done, float(film.image().mean()))))
+    assert len(seen) > len(film.history)
+    assert seen[-1][0] == 1.0
+    assert seen[-1][1] == pytest.approx(seen[0][1], rel=0.1)
+
+
+def test_an_exception_comes_back(monkeypatch):
+    compiled, settings = prepared()
+    here = os.getpid()
+
+    def fails(self, where, radiance, samples):
+        if os.getpid() != here:
+            raise FloatingPointError("a defect")
+        return add(self, where, radiance, samples)
+
+    add = rendering.Film.add
+    monkeypatch.setattr(rendering.Film, "add", fails)
+    with pytest.raises(FloatingPointError, match="a defect"):
+        render(compiled, settings)
+
+
+def test_a_process_that_is_killed_is_said(monkeypatch):
+    compiled, settings = prepared()
+    here, kept = os.getpid(), []
+
+    def dies(self, where, radiance, samples):
+        if os.getpid() != here:
+            with self._lock:  # which is then never given back
+                os.kill(os.getpid(), signal.SIGKILL)
+        return add(self, where, radiance, samples)
+
+    add = rendering.Film.add
+    monkeypatch.setattr(rendering.Film, "add", dies)
+    with pytest.raises(SceneError, match="memory ran out"):
+        render(compiled, settings, on_pass=lambda film, progress: kept.append(film))
+    assert np.isfinite(kept[-1].image()).all()  # the samples so far can be read
+
+
+def test_where_a_fork_is_refused_threads_go_on(monkeypatch):
+    compiled, settings = prepared()
+    expected = render(compiled, replace(settings, processes=False))
+
+    def refused():
+        raise OSError("no memory")
+
+    monkeypatch.setattr(os, "fork", refused)
+    assert render(compiled, settings).image().tobytes() == expected.image().tobytes()
