@@ -34,6 +34,7 @@ class ZrakaRenderEngine(bpy.types.RenderEngine):
 
     def update(self, data, depsgraph):
         """Export, while Blender's data is locked."""
+        preload.wait()
         self.baker = None
         # Blender calls this before `bake`, too. Without a window that shows only where nothing was rendered before.
         if self.resolution_x and not bpy.app.is_job_running("OBJECT_BAKE"):

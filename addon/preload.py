@@ -30,10 +30,16 @@ def start():
         _thread.start()
 
 
-def finish():
-    """Wait until it has ended, if it began; Python then looks for garbage everywhere again."""
+def wait():
+    """Wait until it has ended, if it began: two threads that read the same modules may each wait for the other's."""
     if _thread is not None:
         _thread.join()
+
+
+def finish():
+    """Wait until it has ended; Python then looks for garbage everywhere again."""
+    wait()
+    if _thread is not None:
         gc.unfreeze()
 
 

@@ -56,7 +56,7 @@ class Arena:
     def take(self, source, index):
         """Columns `index` of `source` ((N,) or (C, N)), dense; ids were validated at compile, so nothing is checked."""
         out = self.empty((*source.shape[:-1], index.size), source.dtype)
-        return np.take(source, index, axis=-1, out=out, mode="clip")
+        return np.take(source, index, axis=-1, out=out, mode="wrap")
 
     def reset(self):
         """Give back everything."""

@@ -138,3 +138,17 @@ def noisy_weights(picture, noise, mean_square):
 def relative_error(variance, weight):
     """Estimate of `report.error.relative_rmse`."""
     return math.sqrt(trimmed_mean(variance * weight))
+
+
+def of_counts(counts, function):
+    """`function` of each count (P,) of samples, asked once for each value; (P, ...) as it returns."""
+    asked = np.flatnonzero(np.bincount(counts))
+    found = np.array([function(int(count)) for count in asked])
+    values = np.zeros((asked[-1] + 1, *found.shape[1:]))
+    values[asked] = found
+    return values[counts]
+
+
+def is_doubled(counts):
+    """Whether counts (P,) of samples are powers of two above 1."""
+    return (counts > 1) & (counts & (counts - 1) == 0)

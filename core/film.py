@@ -259,7 +259,7 @@ class Film:
             else:
                 counts, sums = self._counts.take(some), self._sums[:3].take(some, axis=1)
                 first = self._marks[0].take(self._marked.rows(some), axis=1)
-            halves = _of_counts(counts, estimate.half_of)
+            halves = estimate.of_counts(counts, estimate.half_of)
             second = (sums - halves * first) / (counts - halves)
             return max(0.0, float(np.vdot(first, second)) / counts.size)
 
@@ -343,17 +343,17 @@ class Film:
         gains = np.zeros((4, pixels.size))
         for gain, first, second in zip(gains, (half, quarter, eighth), (picture, half, quarter), strict=False):
             gain[:] = squares(np.subtract(first, second, dtype=np.float64))
-        return picture, np.where(_is_doubled(counts), gains[:3], self._between(gains, counts)), counts
+        return picture, np.where(estimate.is_doubled(counts), gains[:3], self._between(gains, counts)), counts
 
     def _between(self, gains, counts):
         """The last gains (3, P) of pixels between two doublings, of what has changed since and the gains before."""
         ratio = (self._doublings or estimate.Doublings()).ratio
-        known, changed = _of_counts(counts, lambda count: estimate.shares(count, ratio) if count > 1 else (0, 0)).T
+        known, changed = estimate.of_counts(counts, lambda n: estimate.shares(n, ratio) if n > 1 else (0, 0)).T
         return np.stack((changed * gains[0] + known * gains[1], gains[2], gains[3]))
 
     def _see_doublings(self, gains, weight, counts):
         """Learn what doublings gain from the pixels that have just completed one, where they are many."""
-        known, several = np.flatnonzero(_is_doubled(counts) & (counts >= 4)), True
+        known, several = np.flatnonzero(estimate.is_doubled(counts) & (counts >= 4)), True
         if known.size == counts.size:
             known = slice(None)
         elif 4 * known.size < counts.size:
@@ -371,7 +371,7 @@ class Film:
     def _remaining(self, counts):
         """`estimate.remaining` of each pixel, 0 below two samples."""
         ratio, level = self._doublings or estimate.Doublings()
-        return _of_counts(counts, lambda count: level * estimate.remaining(count, ratio) if count > 1 else 0.0)
+        return estimate.of_counts(counts, lambda count: level * estimate.remaining(count, ratio) if count > 1 else 0.0)
 
 
 def _parts(total):
@@ -388,20 +388,6 @@ def _standard_error(variance):
     known = np.isfinite(variance)
     total = box(np.where(known, variance, 0), _REACH) / np.maximum(box(known.astype(np.float64), _REACH), 1)
     return np.where(known, np.sqrt(total), np.inf)
-
-
-def _of_counts(counts, function):
-    """`function` of each count (P,), asked once for each value; (P, ...) as it returns."""
-    asked = np.flatnonzero(np.bincount(counts))
-    found = np.array([function(int(count)) for count in asked])
-    values = np.zeros((asked[-1] + 1, *found.shape[1:]))
-    values[asked] = found
-    return values[counts]
-
-
-def _is_doubled(counts):
-    """Whether they are powers of two above 1."""
-    return (counts > 1) & (counts & (counts - 1) == 0)
 
 
 def _colour(difference):

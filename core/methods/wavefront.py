@@ -119,7 +119,7 @@ class Wavefront:
         Channels of `radiance` beyond, which are no part of the picture.
     """
 
-    chunk = 131072
+    chunk = 163840
     waves = 1
     behind, compose = 0, None
     extra = 0

@@ -212,6 +212,18 @@ def test_ctrl_c_keeps_the_picture(blender):
 
 
 @pytest.mark.parametrize("gui", [False, pytest.param(True, marks=pytest.mark.window)], ids=["b", "F12"])
+def test_a_long_render_is_forked(blender, gui):
+    script = blender.script("forks.py", "facts.json")
+    done = blender(*([] if gui else ["-b"]), "cornell.blend", *script, gui=gui, timeout=300)
+    assert done.returncode == 0, done.stdout
+    assert "Traceback" not in done.stdout
+    facts = json.loads((blender.folder / "facts.json").read_text(encoding="utf-8"))
+    assert facts == {"forks": [2], "left": 0}
+    threads, forks = (read(blender.folder / f"processes_{on}.exr") for on in (False, True))
+    assert np.array_equal(threads, forks)
+
+
+@pytest.mark.parametrize("gui", [False, pytest.param(True, marks=pytest.mark.window)], ids=["b", "F12"])
 def test_the_first_picture(blender, gui, measured):
     """A second after the export is the aim; the limit leaves room for whatever else the machine does."""
     arguments = ["--window-geometry", 0, 0, 1164, 655] if gui else ["-b"]
