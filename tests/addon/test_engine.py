@@ -112,7 +112,8 @@ def test_settings_have_their_names_and_defaults(blender_scene):
     scene = bpy.data.scenes.new("fresh")
     assert set(SETTINGS.split()) <= set(scene.zraka.bl_rna.properties.keys())
     found = properties.settings_of(scene, width=640, height=480)
-    assert found == Settings(pixel_filter="blackman_harris")  # as Cycles; the core's box is plain
+    # As Cycles; the core's box is plain, and it forks for nobody who has not asked.
+    assert found == Settings(pixel_filter="blackman_harris", processes=True)
     items = scene.zraka.bl_rna.properties["method"].enum_items
     assert [item.identifier.lower() for item in items] == list(METHODS)
 

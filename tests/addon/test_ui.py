@@ -229,6 +229,7 @@ def test_cycles_settings_are_taken_over(fresh):
         pixel_filter="gaussian",
         filter_width=2.5,
         exposure=2.0,
+        processes=True,
         transparent_glass=True,
         transparent_roughness=0.25,
     )
