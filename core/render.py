@@ -153,7 +153,7 @@ class _Render:
         try:
             self._film.share(shared_lock())
             self._workers = Processes(self._trace, self._count)
-        except OSError:
+        except (OSError, ImportError, NotImplementedError):  # the latter from systems without semaphores
             self._film.unshare()
             self._workers = Threads(self._trace, self._count)
 
