@@ -248,22 +248,25 @@ def _sum_lobes(entries, shares, surface, wi, arena, f, pdf):
     """Write the sums of colour · f and share · pdf over the lobes that are not delta."""
     f.fill(0)
     pdf.fill(0)
+    side = None  # of the geometric normal on which `wi` is: the same for all lobes
+    if surface.ns is not surface.ng or any(n is not None for _, _, _, n in entries):
+        side = dot(wi, surface.ng, arena)
     for k, entry in enumerate(entries):
         if Lobe.DELTA in entry[0].flags:
             continue
         with arena.frame():
-            value, density = _eval_lobe(entry, surface, wi, arena)
+            value, density = _eval_lobe(entry, surface, wi, arena, side)
             coloured = np.multiply(entry[1], value, out=arena.empty(f.shape))
             np.add(f, coloured, out=f)
             np.add(pdf, np.multiply(density, shares[k], out=coloured[0]), out=pdf)
 
 
-def _eval_lobe(entry, surface, wi, arena):
+def _eval_lobe(entry, surface, wi, arena, side=None):
     """f·|cosθ| and pdf of one lobe, leaks dropped."""
     lobe, _, params, n = entry
     n = surface.ns if n is None else n
     value, pdf = lobe.eval_pdf(params, n, surface.wo, wi, arena)
-    keep = _on_its_side(lobe, n, surface.ng, wi, arena, params.get(UNTESTED))
+    keep = _on_its_side(lobe, n, surface.ng, wi, arena, params.get(UNTESTED), side)
     if keep is not None:
         value, pdf = np.multiply(value, keep, out=arena.empty(value.shape)), np.multiply(pdf, keep, out=pdf)
     return value, pdf
@@ -295,21 +298,22 @@ def _choice_probabilities(entries, surface, arena):
     return shares
 
 
-def _on_its_side(lobe, n, ng, wi, arena, untested=None):
+def _on_its_side(lobe, n, ng, wi, arena, untested=None, side=None):
     """Lanes whose `wi` is on the side of `ng` that the lobe, with normal `n`, sent it to (bool); None when all are.
 
-    So are those that are `untested`, (N,) bool.
+    So are those that are `untested`, (N,) bool. `side` (N,) is the cosine of `wi` to `ng` where it is known.
     """
     if n is ng or Lobe.STRAIGHT in lobe.flags:
         return None
     keep = arena.empty(wi.shape[-1], bool)
     with arena.frame():
-        side = dot(wi, ng, arena)
+        if side is None:
+            side = dot(wi, ng, arena)
         if Lobe.REFLECTION not in lobe.flags:
             np.less(side, 0.0, out=keep)
         else:
             if Lobe.TRANSMISSION in lobe.flags:
-                np.multiply(side, dot(wi, n, arena), out=side)
+                side = np.multiply(side, dot(wi, n, arena), out=arena.empty(side.shape))
             np.greater(side, 0.0, out=keep)
         return keep if untested is None else np.logical_or(keep, untested, out=keep)
 

@@ -163,12 +163,15 @@ class Rectangles:
         if self._any_round:
             beside = ~self._covers(rows, frame, view.edges, x, y, arena)
             np.copyto(angle, 0.0, where=beside)
-        for whole, part in zip((*out[0], *out[1:]), (*wi, distance, angle), strict=True):
-            if everywhere:
+        columns = zip((*out[0], *out[1:]), (*wi, distance, angle), strict=True)
+        if everywhere:
+            for whole, part in columns:
                 np.copyto(whole, part, where=large)
-            else:
-                kept = np.flatnonzero(large)
-                whole[near[kept]] = part[kept]
+            return
+        kept = np.flatnonzero(large)
+        where = near if kept.size == near.size else near[kept]
+        for whole, part in columns:
+            whole[where] = part if where is near else arena.take(part, kept)
 
     def _seen(self, view, lanes=slice(None)):
         """Solid angles of the views `lanes`, 0 of those from behind a rectangle that has one side."""

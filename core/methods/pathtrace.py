@@ -24,7 +24,7 @@ from .paths import Paths, merged
 from .roulette import roulette
 from .trails import after_scattering, light_ray, new_trail, shadow_ray
 from .transparency import pass_through
-from .wavefront import Wavefront, any_channel, gather, slices, surface_context
+from .wavefront import Wavefront, add_at, any_channel, gather, slices, surface_context
 
 _ROULETTE_DEPTH = 2  # hits before the first roulette
 _MOST_SHADED = 81920  # lanes of a group, for the memory that its lobes take
@@ -389,7 +389,7 @@ class PathTrace(SeesFilm, Wavefront):
     def _add_plain(self, radiance, lanes, light, bounces):
         """Add `light` to `lanes`, which are unique."""
         for row, values in zip(radiance, light, strict=False):
-            row[lanes] += values
+            add_at(row, lanes, values)
 
     def _add_clamped(self, radiance, lanes, light, bounces):
         """The same with each contribution's sum of channels limited; its hue stays."""

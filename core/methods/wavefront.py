@@ -219,6 +219,14 @@ def slices(columns, start, stop):
     return type(columns)(*(None if a is None else views[id(a)] for a in columns))
 
 
+def _add_indexed(row, lanes, values):
+    row[lanes] += values
+
+
+add_at = np.add.at if np.lib.NumpyVersion(np.__version__) >= "1.25.0" else _add_indexed
+"""Add `values` (n,) to the unique `lanes` (n,) of a row: half the time by `numpy.add.at`, ten times before 1.25."""
+
+
 def any_channel(color, arena):
     """Lanes of `color` (3, N) in which some channel is not zero."""
     with arena.frame():
