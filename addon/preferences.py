@@ -31,8 +31,8 @@ class ZrakaPreferences(bpy.types.AddonPreferences):
     )
     processes: BoolProperty(
         name="Separate Processes",
-        description="Render what takes longer than half a second in processes of their own, one a thread: up to a "
-        "fifth faster, more on many processors. Switch it off if a render does not begin",
+        description="Render in processes of their own, one a thread, which do not wait for one another: up to a fifth "
+        "faster with two, more with many. Switch it off if a render does not begin",
         default=True,
     )
     viewport_budget: FloatProperty(

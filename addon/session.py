@@ -28,7 +28,7 @@ SHOW_EVERY = 0.25
 STRIPE = 1 << 18
 """Pixels that Blender gets at once, at most, or one row: they are in memory three times until it has them."""
 
-PREVIEW = {"samples": 32, "time_limit": 2.0, "noise_target": 0.01, "chunk": 1 << 15}
+PREVIEW = {"samples": 32, "time_limit": 2.0, "noise_target": 0.01, "chunk": 1 << 15, "processes": False}
 """Of the small pictures of materials; their scene is Blender's own, with settings nobody chose.
 
 They are refined while one looks at them. Few lanes are traced together, so that a preview that is out of date ends at

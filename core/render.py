@@ -18,7 +18,7 @@ from . import adaptive
 from .compile.memory import check_picture
 from .film import Film, Step
 from .methods import method_of
-from .methods.wavefront import Chunk
+from .methods.wavefront import RAY_KINDS, Chunk
 from .report.forecast import Forecast
 from .settings import can_fork
 from .shutter import Shutter
@@ -35,7 +35,7 @@ _LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, ab
 _LEAST_STEP = 4  # samples between such ends but powers of two: so many are traced together
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 _FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
-_WORTH_FORKING = 0.5  # seconds of a render that is left
+_LANES_WORTH_FORKS, _SECONDS_WORTH_FORKS = 1 << 18, 1.0  # of a render; forks begin after some hundredths of a second
 _MOST = 1 << 30  # samples; more are as good as no goal
 _SHARE_OF_WAY = 0.8  # of the doublings to a noise target, made in one pass: falling short costs a pass, not time
 
@@ -81,25 +81,22 @@ class _Render:
         self._adaptive = settings.adaptive and settings.samples > adaptive.LEAST_SAMPLES
         told = settings.pixel_errors or self._adaptive
         self._count = settings.threads or os.cpu_count() or 1
-        self._may_fork = settings.processes and can_fork() and self._count > 1 and settings.samples > 1
+        forks = settings.processes and can_fork() and self._count > 1 and self._is_worth_forks()
         self._film = Film(
             *(x1 - x0, y1 - y0, settings.transparent_film, self._order, any_of.extra),
             *composed,
             pixel_errors=told,
             single=settings.samples == 1,
-            shared=self._may_fork,
+            shared=forks,
         )
-        self._workers = Threads(self._trace, self._count)
-        self._done_before = []  # `Counters` of workers that have gone
         self._shown = self._start = time.perf_counter()
+        self._workers = self._forks() if forks else Threads(self._trace, self._count)
 
     def run(self, on_pass, cancelled):
         film, settings = self._film, self._settings
         stopped = None
         try:
             for first, count in passes(settings.samples, self._order.size, self._longest):
-                if self._may_fork and first and self._left(first) > _WORTH_FORKING:
-                    self._fork()
                 stopped = self._pass(first, count, on_pass, cancelled)
                 if stopped:
                     break
@@ -137,25 +134,27 @@ class _Render:
             longest = min(longest, max(1, int(left / forecast.seconds_a_sample())))
         return longest
 
-    def _left(self, first):
-        """Seconds that the samples from `first` on may take."""
-        so_far = time.perf_counter() - self._start
-        left = so_far / first * (self._settings.samples - first)
-        return min(left, self._settings.time_limit - so_far) if self._settings.time_limit else left
+    def _is_worth_forks(self):
+        """Whether the render takes so long that it does not matter how long forks take to begin.
 
-    def _fork(self):
-        """Have processes trace from here on, unless the system refuses."""
+        Of one sample it does: memory that is shared comes by small pages, and is then touched but once.
+        """
+        settings = self._settings
+        if settings.samples == 1:
+            return False
+        limit = settings.time_limit or _SECONDS_WORTH_FORKS
+        return settings.samples * self._order.size >= _LANES_WORTH_FORKS and limit >= _SECONDS_WORTH_FORKS
+
+    def _forks(self):
+        """`Processes`; `Threads` where the system refuses."""
         from .processes import Processes, shared_lock  # many renders never need them
 
-        self._may_fork = False
-        self._workers.close()
-        self._done_before, self._workers = self._workers.counters(), None  # their memory, too
         try:
             self._film.share(shared_lock())
-            self._workers = Processes(self._trace, self._count)
-        except (OSError, ImportError, NotImplementedError):  # the latter from systems without semaphores
+            return Processes(self._trace, self._count)
+        except (OSError, ImportError, NotImplementedError):  # the last two from systems without semaphores
             self._film.unshare()
-            self._workers = Threads(self._trace, self._count)
+            return Threads(self._trace, self._count)
 
     def _pass(self, first, count, on_pass, cancelled):
         """Add samples to the pixels; says why it stopped early, or None."""
@@ -256,18 +255,16 @@ class _Render:
         return bool(limit) and time.perf_counter() - self._start >= limit
 
     def _write_stats(self):
-        now = self._workers.counters()
-        done = self._done_before + now
-        kinds = done[0].rays
+        done = self._workers.counters()
         self._film.nonfinite = sum(c.nonfinite for c in done)
         self._film.stats.update(
             seconds=time.perf_counter() - self._start,
             error=self._film.history[-1].error if self._film.history else float("inf"),
-            rays={kind: sum(c.rays[kind] for c in done) for kind in kinds},
+            rays={kind: sum(c.rays[kind] for c in done) for kind in RAY_KINDS},
             embree_seconds=sum(c.embree_seconds for c in done) / self._count,
             nonfinite=self._film.nonfinite,
             threads=self._count,
-            arena_bytes=sum(c.arena_bytes for c in now),
+            arena_bytes=sum(c.arena_bytes for c in done),
         )
 
 

@@ -21,6 +21,9 @@ from ..sampling.pixel_filter import pixel_filter
 from ..sampling.sampler import Draw
 from .transparency import transmittance
 
+RAY_KINDS = ("camera", "shadow", "secondary")
+"""What rays are counted by."""
+
 # What numpy does about overflows and NaN in a chunk: what is not finite goes through, the film leaves it out and counts
 # it.
 _FLOATING_POINT = "ignore"
@@ -56,7 +59,7 @@ class Worker:
     scratch: Arena = field(default_factory=Arena)
     states: tuple[Arena, Arena] = field(default_factory=lambda: (Arena(), Arena()))
     clock: Clock = field(default_factory=Clock)
-    rays: dict = field(default_factory=lambda: {"camera": 0, "shadow": 0, "secondary": 0})
+    rays: dict = field(default_factory=lambda: dict.fromkeys(RAY_KINDS, 0))
     nonfinite: int = 0
     unseen: np.ndarray | None = None  # lanes of the chunk that fall beside a round picture
     first: object = None  # `Hits` of the chunk where they are known before (`bake`)
@@ -119,7 +122,7 @@ class Wavefront:
         Channels of `radiance` beyond, which are no part of the picture.
     """
 
-    chunk = 163840
+    chunk = 131072
     waves = 1
     behind, compose = 0, None
     extra = 0

@@ -25,7 +25,7 @@ SIZE = 48
 
 @pytest.fixture(autouse=True)
 def always_worth_it(monkeypatch):
-    monkeypatch.setattr(rendering, "_WORTH_FORKING", 0.0)
+    monkeypatch.setattr(rendering, "_LANES_WORTH_FORKS", 0)
     yield
     assert not active_children()
 
@@ -77,39 +77,33 @@ def test_pictures_are_those_of_threads(more, monkeypatch):
     assert apart.stats["threads"] == settings.threads
 
 
-def test_a_picture_of_one_sample_or_one_thread_is_not_forked(monkeypatch):
+@pytest.mark.parametrize("more", [{"threads": 1}, {"samples": 1}, {"processes": False}, {"time_limit": 0.5}], ids=str)
+def test_threads_trace_where_forks_gain_nothing(more, monkeypatch):
     made = forks(monkeypatch)
-    for more in ({"samples": 1}, {"threads": 1}, {"processes": False}):
-        render(*prepared(**more))
+    render(*prepared(**more))
     assert not made
 
 
 def test_short_renders_are_not_forked(monkeypatch):
-    monkeypatch.setattr(rendering, "_WORTH_FORKING", 60.0)
+    monkeypatch.setattr(rendering, "_LANES_WORTH_FORKS", SIZE * SIZE * 64)
     made = forks(monkeypatch)
-    render(*prepared())
+    render(*prepared(samples=63))
     assert not made
-
-
-def test_a_time_limit_counts(monkeypatch):
-    monkeypatch.setattr(rendering, "_WORTH_FORKING", 60.0)
-    made = forks(monkeypatch)
-    film = render(*prepared(samples=1 << 24, time_limit=0.3))
-    assert film.stats["stopped"] == "time"
-    assert not made
+    render(*prepared(samples=64))
+    assert made == [2]
 
 
 def test_cancel_ends_processes_at_once():
     compiled, settings = prepared(samples=1 << 20, width=256, height=256)
     started = time.perf_counter()
-    asked = []
+    shown, asked = [], []
 
     def cancelled():
-        if active_children():
+        if shown and active_children():
             asked.append(time.perf_counter())
         return len(asked) > 3
 
-    film = render(compiled, settings, cancelled=cancelled)
+    film = render(compiled, settings, on_pass=lambda film, progress: shown.append(progress), cancelled=cancelled)
     assert film.stats["stopped"] == "cancelled"
     assert film.counts().min() >= 1
     assert np.isfinite(film.image()).all()
@@ -147,7 +141,7 @@ def test_a_process_that_is_killed_is_said(monkeypatch):
     here, kept = os.getpid(), []
 
     def dies(self, where, radiance, samples):
-        if os.getpid() != here:
+        if os.getpid() != here and samples[0]:
             with self._lock:  # which is then never given back
                 os.kill(os.getpid(), signal.SIGKILL)
         return add(self, where, radiance, samples)
