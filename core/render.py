@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes × tasks × threads: the loop that fills a film.
+"""Passes × tasks × workers: the loop that fills a film.
 
 A pass adds samples to every pixel, or to those that need them most; passes grow, so that a picture stands after the
 first and only improves. Workers take tasks (some pixels and some sample numbers) until the pass is done. Sums are made
-in the order of the samples, so the picture does not depend on threads, tiles or chunks.
+in the order of the samples, so the picture does not depend on workers, tiles or chunks.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ _LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, ab
 _LEAST_STEP = 4  # samples between such ends but powers of two: so many are traced together
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 _FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
-_LANES_WORTH_FORKS, _SECONDS_WORTH_FORKS = 1 << 18, 1.0  # of a render; forks begin after some hundredths of a second
+# Of a render, for forks: they begin after some hundredths of a second.
+_LANES_WORTH_FORKS, _LANES_A_TRIANGLE, _SECONDS_WORTH_FORKS = 1 << 18, 4, 1.0
 _MOST = 1 << 30  # samples; more are as good as no goal
 _SHARE_OF_WAY = 0.8  # of the doublings to a noise target, made in one pass: falling short costs a pass, not time
 
@@ -137,13 +138,15 @@ class _Render:
     def _is_worth_forks(self):
         """Whether the render takes so long that it does not matter how long forks take to begin.
 
-        Of one sample it does: memory that is shared comes by small pages, and is then touched but once.
+        Of one sample it does: memory that is shared comes by small pages, and is then touched but once. And where
+        there is much geometry: tables of its pages are copied, and Embree, which waits for nobody, takes most time.
         """
         settings = self._settings
         if settings.samples == 1:
             return False
+        least = max(_LANES_WORTH_FORKS, _LANES_A_TRIANGLE * self._methods[0].scene.geometry.triangle_count)
         limit = settings.time_limit or _SECONDS_WORTH_FORKS
-        return settings.samples * self._order.size >= _LANES_WORTH_FORKS and limit >= _SECONDS_WORTH_FORKS
+        return settings.samples * self._order.size >= least and limit >= _SECONDS_WORTH_FORKS
 
     def _forks(self):
         """`Processes`; `Threads` where the system refuses."""

@@ -26,6 +26,7 @@ SIZE = 48
 @pytest.fixture(autouse=True)
 def always_worth_it(monkeypatch):
     monkeypatch.setattr(rendering, "_LANES_WORTH_FORKS", 0)
+    monkeypatch.setattr(rendering, "_LANES_A_TRIANGLE", 0)
     yield
     assert not active_children()
 
@@ -91,6 +92,14 @@ def test_short_renders_are_not_forked(monkeypatch):
     assert not made
     render(*prepared(samples=64))
     assert made == [2]
+
+
+def test_much_geometry_is_forked_later(monkeypatch):
+    made = forks(monkeypatch)
+    compiled, settings = prepared()
+    monkeypatch.setattr(rendering, "_LANES_A_TRIANGLE", 1 + SIZE * SIZE * 64 // compiled.geometry.triangle_count)
+    render(compiled, settings)
+    assert not made
 
 
 def test_cancel_ends_processes_at_once():
