@@ -49,7 +49,8 @@ def render(compiled, settings, on_pass=None, cancelled=None, method=method_of):
     compiled : CompiledScene or Shutter
     settings : Settings
     on_pass : callable, optional
-        ``on_pass(film, progress)`` on the calling thread after every pass, and during long ones; progress is in [0, 1].
+        ``on_pass(film, progress)`` on the calling thread after every pass, while the next is traced, and during long
+        ones; progress is in [0, 1].
     cancelled : callable, optional
         Polled on the calling thread; True stops the render and keeps what is there.
     method : callable, optional
@@ -103,10 +104,11 @@ class _Render:
                     break
                 film.samples = first + count
                 self._note(film.samples)
-                self._show(on_pass, film.samples)
                 stopped = self._reached()
                 if stopped:
                     break
+            if film.samples == first + count:  # not stopped within a pass
+                self._show(on_pass, film.samples)
         finally:
             self._workers.close()
             film.unshare()
@@ -164,6 +166,8 @@ class _Render:
         waiting = {self._workers.submit(task) for task in self._tasks(first, count)}
         total = len(waiting)
         try:
+            if first:  # the pass before, while this one is traced
+                self._show(on_pass, first)
             while waiting:
                 done, waiting = wait(waiting, timeout=_POLL, return_when=FIRST_COMPLETED)
                 for future in done:
