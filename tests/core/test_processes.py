@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from zraka.core import render as rendering
+from zraka.core.bake import Bake, bake, points_of
 from zraka.core.compile import compile_scene
 from zraka.core.diagnostics import Diagnostics, SceneError
 from zraka.core.render import render
@@ -100,6 +101,28 @@ def test_much_geometry_is_forked_later(monkeypatch):
     monkeypatch.setattr(rendering, "_LANES_A_TRIANGLE", 1 + SIZE * SIZE * 64 // compiled.geometry.triangle_count)
     render(compiled, settings)
     assert not made
+
+
+def test_moments_of_a_shutter(monkeypatch):
+    from .test_shutter import bar_at, film_of, run
+
+    made = forks(monkeypatch)
+    apart, together = (film_of(run(bar_at), threads=2, processes=on) for on in (True, False))
+    assert made == [2]
+    assert apart.image().tobytes() == together.image().tobytes()
+
+
+def test_baking(monkeypatch):
+    made = forks(monkeypatch)
+    found = []
+    for on in (True, False):
+        compiled, settings = prepared(width=1, height=1, processes=on)
+        where = np.linspace(0.1, 0.4, 50)
+        points, _ = points_of(compiled, 0, np.zeros(50, int), where, where, *np.zeros((2, 2, 50)))
+        found.append(bake(compiled, points, Bake("diffuse", frozenset({"direct", "indirect", "color"})), settings)[0])
+    assert made == [2]
+    assert found[0].tobytes() == found[1].tobytes()
+    assert found[0][:, :3].max() > 0.01
 
 
 def test_cancel_ends_processes_at_once():
