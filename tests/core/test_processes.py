@@ -3,9 +3,12 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from multiprocessing import active_children
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -194,3 +197,32 @@ def test_where_a_fork_is_refused_threads_go_on(monkeypatch):
 
     monkeypatch.setattr(os, "fork", refused)
     assert render(compiled, settings).image().tobytes() == expected.image().tobytes()
+
+
+_LONG = """
+import multiprocessing, sys
+from zraka.core.render import render
+from zraka.tests.core.test_processes import prepared
+def tell(film, progress):
+    print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+render(*prepared(width=256, height=256, samples=1 << 20), on_pass=tell)
+"""
+
+
+def test_forks_end_with_a_parent_that_is_killed():
+    with subprocess.Popen([sys.executable, "-c", _LONG], stdout=subprocess.PIPE, text=True) as parent:
+        forks = [Path(f"/proc/{number}/stat") for number in parent.stdout.readline().split()]
+        assert len(forks) == 2
+        parent.kill()
+    until = time.perf_counter() + 10
+    while any(_runs(fork) for fork in forks) and time.perf_counter() < until:
+        time.sleep(0.05)
+    assert not any(_runs(fork) for fork in forks)
+
+
+def _runs(stat):
+    """Whether a process runs, which may have ended with nobody to ask how."""
+    try:
+        return stat.read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
