@@ -22,7 +22,6 @@ from .methods.wavefront import Worker
 from .workers import Counters
 
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of Linux' prctl(2)
-
 _MMAP_THRESHOLD, _TRIM_THRESHOLD = -3, -1  # glibc's M_MMAP_THRESHOLD and M_TRIM_THRESHOLD of mallopt(3)
 _KEPT_BYTES = 1 << 25
 
@@ -55,10 +54,17 @@ class Processes:
         self._stop = context.Event()
         self._counters = {}
         self._pool = ProcessPoolExecutor(count, context, _begin, (trace, self._stop))
-        with warnings.catch_warnings():
-            # Python 3.12 warns of threads whose locks a fork would find taken: `trace` takes none of theirs.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            self._pool.submit(os.getpid).result()
+        before = set(multiprocessing.active_children())
+        try:
+            with warnings.catch_warnings():
+                # Python 3.12 warns of threads whose locks a fork would find taken: `trace` takes none of theirs.
+                warnings.simplefilter("ignore", DeprecationWarning)
+                self._pool.submit(os.getpid).result()
+        except OSError:  # of some of them; the pool forgets the others, which would wait for ever
+            for child in set(multiprocessing.active_children()) - before:
+                child.kill()
+                child.join()
+            raise
 
     def submit(self, task):
         """Have a task traced; returns its `Future`."""

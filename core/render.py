@@ -183,7 +183,9 @@ class _Render:
                 self._workers.stop()
                 for future in waiting:
                     future.cancel()
-                wait(waiting)
+                for future in wait(waiting).done:
+                    if not future.cancelled() and future.exception() is None:
+                        self._workers.finish(future)
         return None
 
     def _tasks(self, first, count):

@@ -141,6 +141,7 @@ def test_cancel_ends_processes_at_once():
     film = render(compiled, settings, on_pass=lambda film, progress: shown.append(progress), cancelled=cancelled)
     assert film.stats["stopped"] == "cancelled"
     assert film.counts().min() >= 1
+    assert film.stats["rays"]["camera"] > film.counts().sum()  # what is given up was traced as well
     assert np.isfinite(film.image()).all()
     assert time.perf_counter() - asked[-1] < 10
     assert asked[-1] > started
@@ -188,11 +189,16 @@ def test_a_process_that_is_killed_is_said(monkeypatch):
     assert np.isfinite(kept[-1].image()).all()  # the samples so far can be read
 
 
-def test_where_a_fork_is_refused_threads_go_on(monkeypatch):
+@pytest.mark.parametrize("granted", [0, 1])
+def test_where_a_fork_is_refused_threads_go_on(granted, monkeypatch):
     compiled, settings = prepared()
     expected = render(compiled, replace(settings, processes=False))
+    fork, asked = os.fork, []
 
     def refused():
+        asked.append(1)
+        if len(asked) <= granted:
+            return fork()
         raise OSError("no memory")
 
     monkeypatch.setattr(os, "fork", refused)
