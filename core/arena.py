@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 _ALIGN = 64
+_GAP = 2 * _ALIGN - 1  # arrays that touch are slower to add
 _HUGE_PAGE = 1 << 21  # bytes
 _LARGE = 1 << 22  # bytes; less is not worth a mapping of its own
 
@@ -33,12 +34,12 @@ class Arena:
 
     def empty(self, shape, dtype=np.float32):
         """Uninitialised C-contiguous array, valid until the enclosing `frame` ends."""
-        nbytes = _itemsize(dtype) * (shape if isinstance(shape, int) else math.prod(shape))
+        nbytes = _itemsize(dtype) * (math.prod(shape) if shape.__class__ is tuple else shape)
         start = self._top
         block = self._blocks[self._block]
         if start + nbytes > block.size:
             block, start = self._next_block(nbytes), 0
-        self._top = start + -(-nbytes // _ALIGN) * _ALIGN + _ALIGN
+        self._top = start + (nbytes + _GAP) // _ALIGN * _ALIGN
         return np.ndarray(shape, dtype, block, start)
 
     def zeros(self, shape, dtype=np.float32):
@@ -56,7 +57,7 @@ class Arena:
     def take(self, source, index):
         """Columns `index` of `source` ((N,) or (C, N)), dense; ids were validated at compile, so nothing is checked."""
         out = self.empty((*source.shape[:-1], index.size), source.dtype)
-        return np.take(source, index, axis=-1, out=out, mode="wrap")
+        return source.take(index, axis=-1, out=out, mode="wrap")
 
     def reset(self):
         """Give back everything."""

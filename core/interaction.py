@@ -193,7 +193,7 @@ def _on_triangles(columns, geometry, hits, o, d, arena):
 
 
 def _column(values, index, out):
-    return np.take(values, index, out=out, mode="wrap")  # as fast as can be; nothing wraps
+    return values.take(index, out=out, mode="wrap")  # as fast as can be; nothing wraps
 
 
 def _smooth(normals, row, hits, side, ns, arena):

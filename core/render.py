@@ -31,7 +31,8 @@ _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _MANY_TASKS = 4  # of a worker in a pass; among so many, the last may be small
 _FIRST_LANES = 1 << 18  # of the first pass, at most
 _MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
-_LONG_LANES = 1 << 20  # of a pass that is worth an end of its own: a second, about
+_LONG_LANES = 1 << 22  # of a pass that is worth an end of its own: four seconds, about
+_JUDGED_LANES = 1 << 20  # the same where an end may be the last: a second
 _LEAST_STEP = 4  # samples between such ends but powers of two: so many are traced together
 _LONGEST_PASS = 64  # samples; more would make the picture, and a cancel, wait
 _FIRST_JUDGED = 4  # samples of the first pass, at most, where an error is to be met: fewer tell little of it
@@ -98,7 +99,7 @@ class _Render:
         film, settings = self._film, self._settings
         stopped = None
         try:
-            for first, count in passes(settings.samples, self._order.size, self._longest):
+            for first, count in passes(settings.samples, self._order.size, self._longest, self._long_lanes()):
                 stopped = self._pass(first, count, on_pass, cancelled)
                 if stopped:
                     break
@@ -122,6 +123,12 @@ class _Render:
         """Add a step to the film's history."""
         seconds = time.perf_counter() - self._start
         self._film.history.append(Step(samples, seconds, self._film.error()))
+
+    def _long_lanes(self):
+        """Of a pass that is worth an end of its own. It costs some hundredths of a second, which no worker traces."""
+        settings = self._settings
+        has_goal = settings.noise_target or settings.time_limit or self._adaptive
+        return _JUDGED_LANES if has_goal else _LONG_LANES
 
     def _longest(self, first):
         """How many samples the pass after `first` may have at most, for the stopping rules not to be overrun."""
@@ -277,12 +284,12 @@ class _Render:
         )
 
 
-def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
+def passes(samples, pixels, longest=lambda first: _LONGEST_PASS, long_lanes=_LONG_LANES):
     """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
 
     Powers of four leave the Sobol points of every pass balanced. Small pictures begin with a higher one: less would not
-    be worth the calls. Where the way to the next is long, passes end at powers of two, halfway between or at quarters,
-    so that the error is known as of late. ``longest(first)`` is asked before each pass.
+    be worth the calls. Where the way to the next is long, passes of `long_lanes` or more end at powers of two, halfway
+    between or at quarters, so that the error is known as of late. ``longest(first)`` is asked before each pass.
     """
     first, count = 0, 1
     while 4 * count * pixels <= _FIRST_LANES and count < adaptive.LEAST_SAMPLES:
@@ -294,7 +301,7 @@ def passes(samples, pixels, longest=lambda first: _LONGEST_PASS):
         power = 1 << first.bit_length() - 1
         steps = *(step for step in (power // 4, power // 2) if step >= _LEAST_STEP), power
         counts = (step - first % step for step in steps)
-        count = next((count for count in counts if count * pixels >= _LONG_LANES), 4 * power - first)
+        count = next((count for count in counts if count * pixels >= long_lanes), 4 * power - first)
 
 
 def _doublings(first, count):

@@ -18,9 +18,8 @@ def lanes(*arrays):
 
 def dot(a, b, arena, out=None):
     """Dot product, (N,)."""
-    n = lanes(a, b)
     if out is None:
-        out = arena.empty(n)
+        out = arena.empty(lanes(a, b))
     return np.einsum("i...,i...->...", a, b, out=out)
 
 

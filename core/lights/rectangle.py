@@ -224,14 +224,16 @@ class _View:
         self.edges, self.height = edges, height
         self.angle, self._sides, self._rest = arena.empty(n), arena.empty((4, n)), arena.empty(n)
         x0, x1, y0, y1 = edges
+        np.negative(y0, out=self._sides[0])
+        np.copyto(self._sides[1], x1)
+        np.copyto(self._sides[2], y1)
+        np.negative(x0, out=self._sides[3])
         with arena.frame():
-            h2, excess = np.multiply(height, height, out=arena.empty(n)), arena.empty(n)
-            for i, edge in enumerate((y0, x1, y1, x0)):
-                _sine(edge, h2, self._sides[i])
-            np.negative(self._sides[0], out=self._sides[0])
-            np.negative(self._sides[3], out=self._sides[3])
-            np.add(self._excess(2, self._rest, arena), self._excess(3, excess, arena), out=self._rest)
-            np.add(self._excess(0, self.angle, arena), self._excess(1, excess, arena), out=self.angle)
+            h2 = np.multiply(height, height, out=arena.empty(n))
+            _sine(self._sides, h2, arena, out=self._sides)
+            excess = _excess(self._sides, arena)
+            np.add(excess[2], excess[3], out=self._rest)
+            np.add(excess[0], excess[1], out=self.angle)
             np.add(self.angle, self._rest, out=self.angle)
 
     def sample(self, u0, u1, arena):
@@ -268,8 +270,8 @@ class _View:
         d2, h, t = arena.empty(n), arena.empty(n), arena.empty(n)
         np.multiply(self.height, self.height, out=t)
         np.add(np.multiply(x, x, out=d2), t, out=d2)
-        _sine(y0, d2, h)
-        _sine(y1, d2, t)
+        _sine(y0, d2, arena, out=h)
+        _sine(y1, d2, arena, out=t)
         np.subtract(t, h, out=t)
         np.multiply(t, u1, out=t)
         np.add(h, t, out=h)
@@ -278,25 +280,6 @@ class _View:
         np.multiply(h, np.sqrt(d2, out=d2), out=y)
         np.divide(y, t, out=y)
         np.maximum(np.minimum(y, y1, out=y), y0, out=y)
-
-    def _excess(self, i, out, arena):
-        """By how much the angle between sides `i` and `i + 1` exceeds a right one, asin(s_i s_j).
-
-        A polynomial, since numpy's arcsin takes three times as long; its error is below 1e-7, less than that of the
-        product. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 4.4.46.
-        """
-        with arena.frame():
-            x, magnitude = arena.empty(out.shape), arena.empty(out.shape)
-            np.multiply(self._sides[i], self._sides[(i + 1) % 4], out=x)
-            np.minimum(np.abs(x, out=magnitude), 1.0, out=magnitude)
-            np.multiply(magnitude, _ARCSINE[0], out=out)
-            for c in _ARCSINE[1:-1]:
-                np.multiply(np.add(out, c, out=out), magnitude, out=out)
-            np.add(out, _ARCSINE[-1], out=out)
-            np.sqrt(np.subtract(1.0, magnitude, out=magnitude), out=magnitude)
-            np.multiply(out, magnitude, out=out)
-            np.subtract(0.5 * math.pi, out, out=out)
-            return np.copysign(out, x, out=out)
 
 
 def project(frame, p, arena):
@@ -348,9 +331,32 @@ def _direction(frame, x, y, height, wi, distance, arena):
     normalize_length(wi, distance, arena)
 
 
-def _sine(a, b2, out):
-    """Sine a / sqrt(a² + b²)."""
-    np.multiply(a, a, out=out)
-    np.add(out, b2, out=out)
-    np.sqrt(np.maximum(out, _TINY, out=out), out=out)
-    return np.divide(a, out, out=out)
+def _sine(a, b2, arena, out):
+    """Sine a / sqrt(a² + b²); `out` may be `a`."""
+    with arena.frame():
+        length = np.multiply(a, a, out=arena.empty(a.shape))
+        np.add(length, b2, out=length)
+        np.sqrt(np.maximum(length, _TINY, out=length), out=length)
+        return np.divide(a, length, out=out)
+
+
+def _excess(sides, arena):
+    """By how much the angle (4, N) between each of `sides` (4, N) and the next exceeds a right one, asin(s_i s_j).
+
+    A polynomial, since numpy's arcsin takes three times as long; its error is below 1e-7, less than that of the
+    product. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 4.4.46.
+    """
+    out = arena.empty(sides.shape)
+    with arena.frame():
+        x, magnitude = arena.empty(sides.shape), arena.empty(sides.shape)
+        np.multiply(sides[:3], sides[1:], out=x[:3])
+        np.multiply(sides[3], sides[0], out=x[3])
+        np.minimum(np.abs(x, out=magnitude), 1.0, out=magnitude)
+        np.multiply(magnitude, _ARCSINE[0], out=out)
+        for c in _ARCSINE[1:-1]:
+            np.multiply(np.add(out, c, out=out), magnitude, out=out)
+        np.add(out, _ARCSINE[-1], out=out)
+        np.sqrt(np.subtract(1.0, magnitude, out=magnitude), out=magnitude)
+        np.multiply(out, magnitude, out=out)
+        np.subtract(0.5 * math.pi, out, out=out)
+        return np.copysign(out, x, out=out)

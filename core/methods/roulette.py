@@ -22,4 +22,4 @@ def roulette(beta, u, arena):
     # A path that carries little still finds light that others miss: the fourth root takes the least time to a given
     # error in docs/performance.md.
     np.sqrt(np.sqrt(np.minimum(chance, 1, out=chance), out=chance), out=chance)
-    return np.flatnonzero(u < chance), chance
+    return (u < chance).nonzero()[0], chance

@@ -82,11 +82,11 @@ class Sampler:
         (len(dimensions), N) float32 in [0, 1)
         """
         out = arena.empty((len(dimensions), keys.size))
-        number, numbers = self._shifted, self._points
+        number, numbers = self._shifted, _points
         if group >= self._sobol_groups:
-            number, numbers = self._independent, self._hashes
+            number, numbers = self._independent, _hashes
         with arena.frame():
-            of_samples = np.array([[numbers(group, d, s) for s in samples] for d in dimensions], np.uint32)
+            of_samples = numbers(group, dimensions, samples, self.seed)
             of_lanes = of_samples if slots is None else arena.take(of_samples, slots)
             bits = arena.empty(keys.size, np.uint32)
             for row, dimension, own in zip(out, dimensions, of_lanes, strict=True):
@@ -104,16 +104,10 @@ class Sampler:
         """
         return _owen_int(reverse_int(sample), hash_int(self.seed * 0x9E3779B1 + _SHUTTER)) / 2**32
 
-    def _points(self, group, dimension, sample):
-        return scrambled_sobol(group, sample, self.seed)[dimension]
-
     def _shifted(self, group, dimension, keys, points, out, arena):
         """Write points, shifted by digits that follow from the lane's pixel."""
         np.multiply(keys, np.uint32(hash_int(group * 4 + dimension + 1) | 1), out=out)
         np.bitwise_xor(out, points, out=out)
-
-    def _hashes(self, group, dimension, sample):
-        return hash_int(self.seed ^ hash_int(sample * 0x3C6EF372 + group * 4 + dimension))
 
     def _independent(self, group, dimension, keys, hashes, out, arena):
         """Write hashes of the lane's pixel and those of its sample."""
@@ -129,6 +123,19 @@ def hash_int(x):
     x ^= x >> 15
     x = x * 0x846CA68B & _MASK
     return x ^ x >> 16
+
+
+@lru_cache(maxsize=1 << 10)
+def _points(group, dimensions, samples, seed):
+    """Numbers `dimensions` of `scrambled_sobol` of `samples`, both tuples: (len(dimensions), len(samples)) uint32."""
+    return np.array([[scrambled_sobol(group, s, seed)[d] for s in samples] for d in dimensions], np.uint32)
+
+
+@lru_cache(maxsize=1 << 10)
+def _hashes(group, dimensions, samples, seed):
+    """The same of independent numbers: hashes, which `_independent` mixes with the pixel's."""
+    numbers = [[hash_int(seed ^ hash_int(s * 0x3C6EF372 + group * 4 + d)) for s in samples] for d in dimensions]
+    return np.array(numbers, np.uint32)
 
 
 @lru_cache(maxsize=1 << 16)

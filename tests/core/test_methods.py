@@ -231,13 +231,14 @@ def test_passes_grow_and_add_up():
 
 
 def test_passes_that_would_be_long_end_early():
-    def ends(pixels, samples=70):
-        return [first + count for first, count in passes(samples, pixels)]
+    def ends(pixels, samples=70, **options):
+        return [first + count for first, count in passes(samples, pixels, **options)]
 
     assert ends(200 * 200) == [4, 16, 64, 70]
-    assert ends(512 * 512) == [1, 4, 8, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 70]
-    assert ends(1920 * 1080, 21) == [1, 2, 4, 8, 12, 16, 20, 21]
-    limited = passes(20, 512 * 512, lambda first: 5)
+    assert ends(512 * 512) == [1, 4, 16, 32, 48, 64, 70]
+    assert ends(512 * 512, long_lanes=1 << 20) == [1, 4, 8, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 70]
+    assert ends(1920 * 1080, 21) == [1, 4, 8, 12, 16, 20, 21]
+    limited = passes(20, 512 * 512, lambda first: 5, 1 << 20)
     assert [first + count for first, count in limited] == [1, 4, 8, 12, 16, 20]
 
 
