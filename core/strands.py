@@ -15,7 +15,7 @@ import numpy as np
 from .vecmath import dot, normalize
 
 # Weights of a segment's four control points as polynomials of u, by ascending power.
-_POSITION = np.float32([(0, -0.5, 1, -0.5), (1, 0, -2.5, 1.5), (0, 0.5, 2, -1.5), (0, 0, -0.5, 0.5)])
+POSITION = np.float32([(0, -0.5, 1, -0.5), (1, 0, -2.5, 1.5), (0, 0.5, 2, -1.5), (0, 0, -0.5, 0.5)])
 _DERIVATIVE = np.float32([(-0.5, 2, -1.5, 0), (0, -5, 4.5, 0), (0.5, 4, -4.5, 0), (0, -1, 1.5, 0)])
 
 INDEX_PADDING = 8  # numbers that follow the index: Embree may read beyond its end
@@ -35,10 +35,13 @@ class Strands:
     index : (C,) uint32
         First of the four control points of each segment, which runs from the second (u = 0) to the third (u = 1).
         Padding follows in memory.
+    follows : (C,) bool
+        Whether a segment begins where the one before ends.
     """
 
     vertices: np.ndarray
     index: np.ndarray
+    follows: np.ndarray
 
     @property
     def count(self):
@@ -49,12 +52,13 @@ class Strands:
         """The segments `kept` (C,) bool alone, or None."""
         if not kept.any():
             return None
-        index = self.index[kept]
-        return Strands(self.vertices, np.append(index, np.zeros(INDEX_PADDING, np.uint32))[: index.size])
+        index, follows = self.index[kept], self.follows & np.append(False, kept[:-1])
+        padded = np.append(index, np.zeros(INDEX_PADDING, np.uint32))[: index.size]
+        return Strands(self.vertices, padded, follows[kept])
 
     def at(self, segment, u, arena):
         """Centre and radius (4, N) of the tubes where `u` (N,) runs along the segments `segment` (N,)."""
-        return self._blended(_POSITION, segment, u, arena)
+        return self._blended(POSITION, segment, u, arena)
 
     def along(self, segment, u, arena):
         """Unit vectors (3, N) from root to tip; zero where all control points are one."""
@@ -93,8 +97,7 @@ class Strands:
     @cached_property
     def _runs(self):
         """Number of the first segment of each strand, or of each piece where some were left out, and C."""
-        apart = np.flatnonzero(np.diff(self.index) != 1) + 1
-        return np.concatenate([[0], apart, [self.count]])
+        return np.append(np.flatnonzero(~self.follows), self.count)
 
     def _blended(self, weights, segment, u, arena):
         out = arena.zeros((4, u.size))

@@ -20,7 +20,7 @@ from .needs import Needs
 from .objects import compile_objects
 from .placing import boxes, check_length, corner_index, place, share_of_most, turn
 from .round_tables import append_rows
-from .strands import SLIMMEST, place_curves, write_segments
+from .strands import place_curves, write_segments
 from .triangles import write_triangles
 
 # Things smaller than this share of the scene lose digits that count where they are far from the tables' zero.
@@ -240,7 +240,7 @@ def _hair(scene, placed, origin, numbering, told):
     if segments.strands is None:
         return None, *_owners((), (), first, numbering)
     if segments.slim.size:
-        message = f"pieces of strands over {SLIMMEST:,.0f} radii long are not met exactly; add points to them"
+        message = "pieces of strands that are too long for their radius are not met exactly; add points to them"
         told(message, first + segments.slim)
     material = np.array([numbering.number(c.material) for c in scene.curves], np.int32)
     return segments, material[segments.owner], (first + segments.owner).astype(np.int32)

@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 
-from ..compile.strands import SLIMMEST
 from ..scene import Curves, Material
 from ..settings import METHODS
 from .axis import Axis
@@ -128,11 +127,10 @@ AXES = (
             METHODS,
             size=(64, 64),
             samples=4,
-            told=SLIM if n > SLIMMEST else "",
         ),
         (1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6),
         100.0,
-        (1.0, 1e3),
+        (1.0, 1e6),
         (1.0, 100.0, 1e3, 1e5),
         VARIANTS,
     ),

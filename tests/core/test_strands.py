@@ -276,14 +276,6 @@ def test_infinite_points_are_left_out_without_a_warning():
     assert geometry_of(Curves(points, [0.1] * 5, [3, 2])).segment_count == 1
 
 
-@pytest.mark.parametrize("length, count", [(100.0, 0), (1000.0, 1)])
-def test_pieces_too_long_for_their_radius_are_said(length, count):
-    diagnostics = Diagnostics()
-    geometry_of(Curves([(0, 0, 0), (length, 0, 0)], [0.1, 0.1], [2], name="Fur"), diagnostics=diagnostics)
-    assert len(diagnostics.messages()) == count
-    assert all("2,000 radii long" in m and "(Fur" in m for m in diagnostics.messages())
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_bad_point_leaves_the_other_strands_their_lengths(bad):
     """Lengths are differences of a running sum, which it made NaN for all strands that follow."""
