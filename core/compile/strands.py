@@ -11,7 +11,7 @@ from ..diagnostics import SceneError
 from ..strands import INDEX_PADDING, POSITION, Strands
 
 SLIMMEST = 1000.0
-"""Length of a segment, in its radii, from which on Embree's round curves err: by 0.6% at 1,000, by 1% to 13% at 10,000,
+"""Length of a segment, in its radii, from which on Embree's round curves err: by up to 0.6% at 1,000 and 13% at 10,000,
 as the processor's instructions are."""
 
 _CUT = 250.0  # radii, of what a longer segment is cut into
