@@ -118,7 +118,7 @@ def _cut(vertices, index, number, cuts):
     exponent = np.maximum(powers - powers[:, None], 0)
     moved = _BINOMIAL * begin[:, None, None] ** exponent * (width[:, None] ** powers)[:, :, None]
     points = vertices[index[own][:, None] + powers].astype(np.float64)
-    points = np.linalg.inv(_TO_POWERS) @ moved @ (_TO_POWERS @ points)
+    points = np.linalg.inv(_TO_POWERS) @ (moved @ (_TO_POWERS @ points))  # in this order nothing else is as large
     index = index.copy()
     index[own] = len(vertices) + 4 * np.arange(own.size)
     return np.concatenate([vertices, points.reshape(-1, 4).astype(np.float32)]), index

@@ -74,3 +74,12 @@ def test_pieces_too_long_for_their_radius_are_said(length, count):
     geometry_of(Curves([(0, 0, 0), (length, 0, 0)], [0.1, 0.1], [2], name="Fur"), diagnostics=diagnostics)
     assert len(diagnostics.messages()) == count
     assert all("too long for their radius" in m and "(Fur" in m for m in diagnostics.messages())
+
+
+def test_where_too_many_would_come_of_it_nothing_is_cut(monkeypatch):
+    monkeypatch.setattr("zraka.core.compile.strands._MOST_MORE", 38)
+    diagnostics, curves = Diagnostics(), Curves([(0, 0, 0), (1, 0, 0)], [1 / 250 / 39.5] * 2, [2], name="Fur")
+    assert geometry_of(curves, diagnostics=diagnostics).segment_count == 1
+    assert "too long for their radius" in diagnostics.messages()[0]
+    monkeypatch.setattr("zraka.core.compile.strands._MOST_MORE", 39)
+    assert geometry_of(curves).segment_count == 40
