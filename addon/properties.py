@@ -321,6 +321,7 @@ def settings_of(scene, **overrides):
     fixed = scene.render.threads_mode == "FIXED"
     chosen["threads"] = scene.render.threads if fixed else preferred_threads()
     chosen["processes"] = preferred_processes()
+    chosen["shown"] = not bpy.app.background
     chosen["transparent_film"] = scene.render.film_transparent
     chosen["transparent_glass"] = group.film_transparent_glass
     chosen["transparent_roughness"] = round(group.film_transparent_roughness, 6)  # float32 in Blender

@@ -188,7 +188,8 @@ class Display:
         """Show the film when it is time for it; called after every pass."""
         if time.perf_counter() < self._next:
             return
-        self._write(film)
+        if self._settings.shown:
+            self._write(film)
         self._engine.update_progress(progress)
         self._engine.update_stats("", progress_line(film, self._settings))
         self._next = time.perf_counter() + SHOW_EVERY

@@ -29,7 +29,7 @@ _POLL = 0.02  # seconds between two looks at `cancelled`
 _SHOW_EVERY = 0.5  # seconds between two calls of `on_pass` within a pass
 _FEWEST_LANES = 8192  # of a task; fewer are not worth the calls
 _MANY_TASKS = 4  # of a worker in a pass; among so many, the last may be small
-_FIRST_LANES = 1 << 18  # of the first pass, at most
+_FIRST_LANES = 1 << 18  # of the first pass, at most, where somebody waits for it
 _MOST_SAMPLES = 256  # of a chunk: their numbers in it are bytes
 _LONG_LANES = 1 << 22  # of a pass that is worth an end of its own: four seconds, about
 _JUDGED_LANES = 1 << 20  # the same where an end may be the last: a second
@@ -99,7 +99,7 @@ class _Render:
         film, settings = self._film, self._settings
         stopped = None
         try:
-            for first, count in passes(settings.samples, self._order.size, self._longest, self._long_lanes()):
+            for first, count in passes(settings.samples, self._order.size, self._longest, *self._lanes()):
                 stopped = self._pass(first, count, on_pass, cancelled)
                 if stopped:
                     break
@@ -124,11 +124,15 @@ class _Render:
         seconds = time.perf_counter() - self._start
         self._film.history.append(Step(samples, seconds, self._film.error()))
 
-    def _long_lanes(self):
-        """Of a pass that is worth an end of its own. It costs some hundredths of a second, which no worker traces."""
+    def _lanes(self):
+        """Of the first pass, at most, and of one that is worth an end of its own.
+
+        An end costs some hundredths of a second, which no worker traces, and fewer samples are traced together.
+        """
         settings = self._settings
-        has_goal = settings.noise_target or settings.time_limit or self._adaptive
-        return _JUDGED_LANES if has_goal else _LONG_LANES
+        if settings.noise_target or settings.time_limit or self._adaptive:
+            return _FIRST_LANES, _JUDGED_LANES
+        return _FIRST_LANES if settings.shown else _LONG_LANES, _LONG_LANES
 
     def _longest(self, first):
         """How many samples the pass after `first` may have at most, for the stopping rules not to be overrun."""
@@ -284,15 +288,15 @@ class _Render:
         )
 
 
-def passes(samples, pixels, longest=lambda first: _LONGEST_PASS, long_lanes=_LONG_LANES):
+def passes(samples, pixels, longest=lambda first: _LONGEST_PASS, first_lanes=_FIRST_LANES, long_lanes=_LONG_LANES):
     """Yield (first sample, count) of each pass: up to 1, 4, 16, 64 samples, then by a limit.
 
-    Powers of four leave the Sobol points of every pass balanced. Small pictures begin with a higher one: less would not
-    be worth the calls. Where the way to the next is long, passes of `long_lanes` or more end at powers of two, halfway
-    between or at quarters, so that the error is known as of late. ``longest(first)`` is asked before each pass.
+    Powers of four leave the Sobol points of every pass balanced. The first pass has as many as make `first_lanes` or
+    less. Where the way to the next is long, passes of `long_lanes` or more end at powers of two, halfway between or at
+    quarters, so that the error is known as of late. ``longest(first)`` is asked before each pass.
     """
     first, count = 0, 1
-    while 4 * count * pixels <= _FIRST_LANES and count < adaptive.LEAST_SAMPLES:
+    while 4 * count * pixels <= first_lanes and count < adaptive.LEAST_SAMPLES:
         count *= 4
     while first < samples:
         count = min(count, longest(first), samples - first)

@@ -81,6 +81,9 @@ class Settings:
         `threads` 0 is one for each processor.
     processes : bool
         The threads of a long render are processes where the system can fork: none waits for another's Python.
+    shown : bool
+        Somebody sees the picture while it is made: the first one stands early. Else the first pass is a long one, which
+        takes less time, unless there is a goal whose error it would hide.
     tile, chunk : int
         Side of the squares in which pixels are ordered; lanes that are traced together, 0 as many as suit the method.
     time_limit : float
@@ -124,6 +127,7 @@ class Settings:
     seed: int = 0
     threads: int = 0
     processes: bool = False
+    shown: bool = True
     tile: int = 32
     chunk: int = 0
     time_limit: float = 0.0

@@ -112,7 +112,7 @@ class Viewport:
         diagnostics = Diagnostics()
         scene = depsgraph.scene_eval
         chosen = {"samples": scene.zraka.viewport_samples, "noise_target": scene.zraka.viewport_noise_target}
-        chosen |= {"time_limit": 0.0, "chunk": CHUNK, "pixel_errors": False, "processes": False}
+        chosen |= {"time_limit": 0.0, "chunk": CHUNK, "pixel_errors": False, "processes": False, "shown": True}
         settings = properties.settings_of(scene, **chosen)
         view = view_of(context, depsgraph)
         description = export_scene(depsgraph, diagnostics, camera=view.camera(), visible=visible, cache=cache)

@@ -222,30 +222,37 @@ class LocalModel(Wavefront):
         if ambient is None:
             ambient = self.scene.lights.classic.ambient_radiance.reshape(3, 1)
         light = np.multiply(phong.diffuse, ambient, out=arena.empty(surface.p.shape))
-        mirror = reflect(surface.wo, surface.ns, arena)
+        twice = dot(surface.wo, surface.ns, arena)
+        np.add(twice, twice, out=twice)
         ray = SHADOW_RAY._replace(depth=level + 1, length=0.0) if Feature.LIGHT_PATH in self.features else SHADOW_RAY
         lights = self.scene.lights.classic
         for k in range(lights.count):
             with arena.frame():
                 wi, distance, irradiance = lights.illuminate(k, surface.p, arena, surface.ns)
-                value = self._reflected(k, level, surface, phong, mirror, wi, irradiance, arena)
+                value = self._reflected(k, level, surface, phong, twice, wi, irradiance, arena)
                 if self.shadows:
                     np.multiply(value, self._seen(k, surface, value, wi, distance, ray, worker), out=value)
                 np.add(light, value, out=light)
         return light
 
-    def _reflected(self, k, level, surface, phong, mirror, wi, irradiance, arena):
-        """What the surface sends of light number `k` to the viewer when nothing stands between, over `irradiance`."""
+    def _reflected(self, k, level, surface, phong, twice, wi, irradiance, arena):
+        """What the surface sends of light number `k` to the viewer when nothing stands between, over `irradiance`.
+
+        `twice` (N,) is 2 wo·n.
+        """
         with arena.frame():
             value = arena.empty(wi.shape)
             cosine = dot(surface.ns, wi, arena)
             np.maximum(cosine, 0, out=cosine)
+            # The mirror direction 2 (wo·n) n - wo, times wi.
+            along = np.multiply(twice, cosine, out=arena.empty(cosine.shape))
+            np.subtract(along, dot(surface.wo, wi, arena), out=along)
             if surface.ns is not surface.ng:
                 # A light behind the true surface is in its shadow, whatever the smooth normal says.
                 behind = dot(surface.ng, wi, arena)
                 np.copyto(cosine, 0, where=np.less_equal(behind, 0, out=arena.empty(behind.shape, bool)))
             np.multiply(cosine, _INV_PI, out=cosine)
-            np.multiply(phong.specular, _lobe(phong.exponent, dot(mirror, wi, arena), arena), out=value)
+            np.multiply(phong.specular, _lobe(phong.exponent, along, arena), out=value)
             np.add(value, phong.diffuse, out=value)
             np.multiply(value, cosine, out=value)
             return np.multiply(value, irradiance, out=irradiance)

@@ -45,7 +45,7 @@ class VisibilityLocalModel(LocalModel):
         kind = Rays.CAMERA if level == 0 else np.where(rays.trail[0, lanes], Rays.TRANSMISSION, Rays.GLOSSY)
         return lanes[np.broadcast_to((self.scene.visibility.rays[-1] & kind) > 0, lanes.shape)]
 
-    def _reflected(self, k, level, surface, phong, mirror, wi, irradiance, arena):
+    def _reflected(self, k, level, surface, phong, twice, wi, irradiance, arena):
         visibility, emitter = self.scene.visibility, self.scene.lights.classic.emitter(k)
         if visibility.limited[emitter]:
             rays = Rays(int(visibility.rays[emitter]))
@@ -56,7 +56,7 @@ class VisibilityLocalModel(LocalModel):
             )
             gets = visibility.reaches(emitter, np.take(self.scene.geometry.object, surface.prim))
             irradiance = irradiance * (gets & (level <= visibility.max_bounces[emitter]))
-        return super()._reflected(k, level, surface, phong, mirror, wi, irradiance, arena)
+        return super()._reflected(k, level, surface, phong, twice, wi, irradiance, arena)
 
     def _seen(self, k, surface, value, wi, distance, ray, worker):
         visibility = self.scene.visibility

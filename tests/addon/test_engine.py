@@ -112,8 +112,8 @@ def test_settings_have_their_names_and_defaults(blender_scene):
     scene = bpy.data.scenes.new("fresh")
     assert set(SETTINGS.split()) <= set(scene.zraka.bl_rna.properties.keys())
     found = properties.settings_of(scene, width=640, height=480)
-    # As Cycles; the core's box is plain, and it forks for nobody who has not asked.
-    assert found == Settings(pixel_filter="blackman_harris", processes=True)
+    # As Cycles; the core's box is plain, and it forks for nobody who has not asked. No window is open here.
+    assert found == Settings(pixel_filter="blackman_harris", processes=True, shown=False)
     items = scene.zraka.bl_rna.properties["method"].enum_items
     assert [item.identifier.lower() for item in items] == list(METHODS)
 
@@ -315,9 +315,10 @@ def test_the_first_pass_is_shown_and_then_on_a_budget(stub_core, monkeypatch):
     render_faked(engine, Settings(width=8, height=4))
     assert (len(engine.rows), engine.progress, engine.open) == (2, [0.25], 0)  # the first and the last
     monkeypatch.setattr(session, "SHOW_EVERY", 0.0)
-    engine = FakeEngine()
-    render_faked(engine, Settings(width=8, height=4))
-    assert engine.progress == [0.25, 0.5, 0.75, 1.0]
+    for shown, pictures in ((True, 5), (False, 1)):  # where no window is open, the last one alone
+        engine = FakeEngine()
+        render_faked(engine, Settings(width=8, height=4, shown=shown))
+        assert (len(engine.rows), engine.progress) == (pictures, [0.25, 0.5, 0.75, 1.0])
 
 
 def test_large_pictures_come_in_stripes(stub_core, monkeypatch):

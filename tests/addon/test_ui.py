@@ -230,6 +230,7 @@ def test_cycles_settings_are_taken_over(fresh):
         filter_width=2.5,
         exposure=2.0,
         processes=True,
+        shown=False,
         transparent_glass=True,
         transparent_roughness=0.25,
     )

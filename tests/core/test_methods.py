@@ -238,7 +238,7 @@ def test_passes_that_would_be_long_end_early():
     assert ends(512 * 512) == [1, 4, 16, 32, 48, 64, 70]
     assert ends(512 * 512, long_lanes=1 << 20) == [1, 4, 8, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 70]
     assert ends(1920 * 1080, 21) == [1, 4, 8, 12, 16, 20, 21]
-    limited = passes(20, 512 * 512, lambda first: 5, 1 << 20)
+    limited = passes(20, 512 * 512, lambda first: 5, long_lanes=1 << 20)
     assert [first + count for first, count in limited] == [1, 4, 8, 12, 16, 20]
 
 
@@ -251,6 +251,17 @@ def test_a_pass_may_be_longer_than_a_chunk_numbers_samples(monkeypatch):
 
 def test_small_pictures_begin_with_more_samples():
     assert [next(passes(1000, side * side))[1] for side in (10, 200, 400, 800)] == [16, 4, 1, 1]
+
+
+def test_the_first_pass_is_long_where_nobody_sees_it(monkeypatch):
+    def ends(**options):
+        film = film_of(cornell(), 32, 64, **options)
+        return [step.samples for step in film.history], film.image().tobytes()
+
+    monkeypatch.setattr("zraka.core.render._FIRST_LANES", 64 * 64)
+    (seen, picture), (unseen, same), (judged, _) = ends(), ends(shown=False), ends(shown=False, noise_target=1e-6)
+    assert (seen, unseen, judged) == ([1, 4, 16, 32], [16, 32], [1, 4, 16, 32])
+    assert same == picture
 
 
 def test_every_pass_is_shown_and_cancel_keeps_it():
