@@ -58,8 +58,9 @@ class Film:
     pixel_errors : bool
         Whether the error of every pixel can be asked for. Else a large picture keeps what is needed for the whole's,
         and of every `error_step`-th pixel of every `error_step`-th row, at a tenth of the memory.
-    single : bool
-        Whether no pixel gets more than one sample. Then float32 holds the sums as well.
+    most : int, optional
+        Samples that no pixel gets more of, which takes less memory: bytes count up to 255, and float32 holds the sums
+        of one as well.
     shared : bool
         Whether processes that are forked later may add to it, after `share`.
 
@@ -84,7 +85,7 @@ class Film:
         behind=0,
         compose=None,
         pixel_errors=True,
-        single=False,
+        most=None,
         shared=False,
     ):
         self.width, self.height = width, height
@@ -95,9 +96,9 @@ class Film:
         self._places = places
         self._channels = 4 if alpha else 3
         self._behind, self._compose = behind, compose
-        self._sums = self._zeros((self._channels + behind + extra, total), np.float32 if single else np.float64)
+        self._sums = self._zeros((self._channels + behind + extra, total), np.float32 if most == 1 else np.float64)
         self.error_step = 1 if pixel_errors or total <= _SMALL else math.ceil(math.sqrt(total / _GRID))
-        self._counts = self._zeros((total,), np.uint8 if single else np.int32)
+        self._counts = self._zeros((total,), np.min_scalar_type(most) if most and most < 1 << 16 else np.int32)
         self._gains_seen = {}  # of the whole picture, by the doubled number of samples
         self._doublings = None  # of `estimate`, once they were seen
         self.nonfinite = 0

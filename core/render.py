@@ -89,7 +89,7 @@ class _Render:
             *(x1 - x0, y1 - y0, settings.transparent_film, self._order, any_of.extra),
             *composed,
             pixel_errors=told,
-            single=settings.samples == 1,
+            most=None if self._adaptive else settings.samples,
             shared=forks,
         )
         self._shown = self._start = time.perf_counter()

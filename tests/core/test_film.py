@@ -303,22 +303,23 @@ def test_a_noise_without_differences_is_no_overflow():
     np.testing.assert_allclose(estimate.noisy_weights(flat, np.full((8, 8), 8.0), 3.0), 1 / (3 + 3 * FLOOR**2))
 
 
-def test_one_sample_is_summed_in_single_precision_to_the_same_bytes():
+@pytest.mark.parametrize(("most", "count"), [(1, np.uint8), (255, np.uint8), (256, np.uint16), (65_536, np.int32)])
+def test_a_film_of_few_samples_takes_less_memory_for_the_same_bytes(most, count):
     rng, pixels = np.random.default_rng(4), 40 * 30
-    sample = (rng.standard_normal((7, pixels)) * 10.0 ** rng.integers(-20, 20, (7, pixels))).astype(np.float32)
-    sample[1, 5] = np.nan
-    films = [
-        Film(40, 30, True, rng.permutation(pixels), extra=1, behind=2, compose=_composed, single=single)
-        for single in (False, True)
-    ]
-    films[1]._places = films[0]._places
+    samples = min(most, 256)
+    shape = (7, samples, pixels)
+    sample = (rng.standard_normal(shape) * 10.0 ** rng.integers(-20, 20, shape)).astype(np.float32)
+    sample[1, 0, 5] = np.nan
+    order = rng.permutation(pixels)
+    films = [Film(40, 30, True, order, extra=1, behind=2, compose=_composed, most=limit) for limit in (None, most)]
     for film in films:
         for part in (slice(0, 700), slice(700, pixels)):
-            assert film.add(part, sample[:, part].copy(), (0,)) == (part.start == 0)
-    double, single = films
-    assert single._sums.nbytes * 2 == double._sums.nbytes
+            assert film.add(part, sample[:, :, part].reshape(7, -1).copy(), range(samples)) == (part.start == 0)
+    plain, small = films
+    assert small._sums.nbytes * (2 if most == 1 else 1) == plain._sums.nbytes
+    assert small._counts.dtype == count
     for told in (Film.image, Film.mean, Film.counts, Film.error, Film.variance, lambda f: f.extra(0, 1)):
-        ours, truth = np.asarray(told(single)), np.asarray(told(double))
+        ours, truth = np.asarray(told(small)), np.asarray(told(plain))
         assert ours.dtype == truth.dtype
         assert ours.tobytes() == truth.tobytes()
 
