@@ -59,8 +59,8 @@ class Film:
         Whether the error of every pixel can be asked for. Else a large picture keeps what is needed for the whole's,
         and of every `error_step`-th pixel of every `error_step`-th row, at a tenth of the memory.
     most : int, optional
-        Samples that no pixel gets more of, which takes less memory: bytes count up to 255, and float32 holds the sums
-        of one as well.
+        The most samples that a pixel gets, where that is known. Few take less memory: bytes count up to 255, and
+        float32 holds the sums of one as well.
     shared : bool
         Whether processes that are forked later may add to it, after `share`.
 
