@@ -130,8 +130,8 @@ class Film:
         ----------
         where : slice or (P,) int
             Which pixels, by their numbers in the order of tracing; unique.
-        radiance : (C, len(samples) · P) float32
-            One block of P lanes for each sample.
+        radiance : (C, P · len(samples)) float32
+            A pixel's samples follow one another.
         samples : sequence of int
             Sample numbers, ascending; each pixel's follow one another from 0.
 
@@ -148,7 +148,7 @@ class Film:
             # Block after block, so that the chunk's size changes no bit.
             for channel, rows in enumerate(radiance):
                 own = self._sums[channel][where]
-                for k, block in enumerate(rows.reshape(len(samples), -1)):
+                for k, block in enumerate(rows.reshape(-1, len(samples)).T):
                     if k in marked and channel < 3:
                         self._mark(channel, where, marked[k], own)
                     own += block

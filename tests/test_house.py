@@ -37,10 +37,10 @@ SAMPLING = VECTORS | {"core.sampling"}
 CAMERA = {"core.camera_lens", "core.camera_panorama"}
 TABLES = SAMPLING | {"core.accel", "core.partial", "core.planes", "core.camera", "core.camera_window"} | CAMERA
 COMPILE = TABLES | {"core.bsdf", "core.nodes", "core.lights", "core.compile"}
-METHODS = COMPILE | {"core.methods"}
+METHODS = COMPILE | {"core.methods", "core.tile_order"}
 # Measures and forecasts know arrays alone, so that a film may be judged by what reports are.
 FILM = SAMPLING | {"core.neighbours", "core.pixel_set", "core.report.error"}
-RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.tile_order", "core.render"}
+RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
     "core.diagnostics": set(),

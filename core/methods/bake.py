@@ -56,10 +56,7 @@ class _FromPoints:
 
     def camera_lanes(self, chunk, worker, arena):
         """Keys, slots and rays of a chunk that look at the points, whose hits are left in `worker.first`."""
-        count = len(chunk.samples)
-        pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
-        slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
-        keys = self.scene.sampler.keys(pixels, arena)
+        pixels, keys, slots = self.numbered_lanes(chunk, arena)
         jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), (0, 1), keys, slots, chunk.samples, arena)
         self.place_samples(jitter, chunk)
         u, v = self._points.at(pixels, jitter)
@@ -189,7 +186,7 @@ class _AtPoints(_FromPoints, Wavefront):
     def place_samples(self, jitter, chunk):
         """The first sample is the texel's middle."""
         if chunk.samples[0] == 0:
-            jitter[:, : chunk.pixels.size] = 0.5
+            jitter[:, :: len(chunk.samples)] = 0.5
 
     def trace(self, chunk, worker):
         """What the plan names, (channels, lanes); None when stopped."""

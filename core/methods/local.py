@@ -99,9 +99,8 @@ class LocalModel(Wavefront):
 
     def place_samples(self, jitter, chunk):
         """The first sample is in the pixel's centre, as in the thesis; further ones smooth the edges."""
-        for number, sample in enumerate(chunk.samples):
-            if sample == 0:
-                jitter[:, number * chunk.pixels.size : (number + 1) * chunk.pixels.size] = 0.5
+        if 0 in chunk.samples:
+            jitter[:, chunk.samples.index(0) :: len(chunk.samples)] = 0.5
 
     def _level(self, rays, level, radiance, worker):
         arena = worker.scratch

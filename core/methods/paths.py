@@ -41,14 +41,10 @@ class Paths:
         """The lanes `lanes`, dense."""
         return Paths(*(None if a is None else arena.take(a, lanes) for a in vars(self).values()))
 
-    def numbered_from(self, lane, slot):
-        """A copy in memory of its own, as paths of a chunk in which their wave begins at `lane` and `slot`."""
+    def numbered_from(self, lane):
+        """A copy in memory of its own, as paths of a chunk in which their wave begins at `lane`."""
         kept = Paths(*(None if a is None else a.copy() for a in vars(self).values()))
         kept.lane += lane
-        if kept.slots is None:
-            kept.slots = np.full(kept.keys.size, slot, np.uint8)
-        else:
-            kept.slots += np.uint8(slot)
         return kept
 
 

@@ -77,14 +77,14 @@ class PathTrace(SeesFilm, Wavefront):
             radiance[3].fill(1)
         waves = chunk.waves(max(self.settings.chunk or self.chunk, -(-chunk.lanes // self.waves)))
         few, late, unseen = chunk.lanes // len(waves) ** 2, defaultdict(list), []
-        for lane, slot, wave in waves:
+        for lane, wave in waves:
             own = radiance[:, lane : lane + wave.lanes]
             paths = self._start(wave, worker)
             if worker.unseen is not None:
                 unseen.append(worker.unseen + lane)
             for depth in range(self.settings.depth + 1):
                 if depth and len(waves) > 1 and paths.keys.size <= few:
-                    late[depth].append(paths.numbered_from(lane, slot))
+                    late[depth].append(paths.numbered_from(lane))
                     break
                 paths = self._step(paths, depth, wave.samples, own, worker)
                 if paths is None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import pairwise
 from threading import Event
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..interaction import SHORTEST
 from ..nodes.base import CAMERA_RAY, SHADOW_RAY, Context
 from ..sampling.pixel_filter import pixel_filter
 from ..sampling.sampler import Draw
+from ..tile_order import ranges
 from .transparency import transmittance
 
 RAY_KINDS = ("camera", "shadow", "secondary")
@@ -81,7 +81,9 @@ class Worker:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Pixels and samples of a chunk; lane ``s * P + p`` is sample number s of pixel p.
+    """Pixels and samples of a chunk; lane ``p * S + s`` is sample number s of pixel p, of S.
+
+    A pixel's samples follow one another, as they see nearly the same: what one has touched is in the cache for the next.
 
     pixels : (P,) int32, ``y * width + x`` of the whole frame; samples : tuple of int.
     """
@@ -95,10 +97,9 @@ class Chunk:
         return self.pixels.size * len(self.samples)
 
     def waves(self, lanes):
-        """Chunks of some of the samples, of about so many lanes: [(first lane, number of the first sample, Chunk)]."""
-        number = min(max(-(-self.lanes // lanes), 1), len(self.samples))
-        edges = [len(self.samples) * k // number for k in range(number + 1)]
-        return [(a * self.pixels.size, a, Chunk(self.pixels, self.samples[a:b])) for a, b in pairwise(edges)]
+        """Chunks of some of the pixels, of about so many lanes: [(first lane, Chunk)]."""
+        parts = ranges(self.pixels.size, max(-(-self.lanes // lanes), 1))
+        return [(a * len(self.samples), Chunk(self.pixels[a:b], self.samples)) for a, b in parts]
 
 
 class Wavefront:
@@ -152,15 +153,20 @@ class Wavefront:
 
     def camera_lanes(self, chunk, worker, arena):
         """Keys, slots and rays of a chunk: (keys, slots, o, d, tmax); `arena` is not the worker's `scratch`."""
-        count = len(chunk.samples)
-        pixels = np.tile(chunk.pixels, count) if count > 1 else chunk.pixels
-        slots = np.repeat(np.arange(count, dtype=np.uint8), chunk.pixels.size) if count > 1 else None
-        keys = self.scene.sampler.keys(pixels, arena)
+        pixels, keys, slots = self.numbered_lanes(chunk, arena)
         dimensions = self.scene.camera.dimensions
         with worker.scratch.frame() as scratch:
             jitter = self.scene.sampler.draw(Draw.PIXEL.at(0), dimensions, keys, slots, chunk.samples, scratch)
             self.place_samples(jitter, chunk)
             return keys, slots, *self.camera_rays(pixels, jitter, worker, arena)
+
+    def numbered_lanes(self, chunk, arena):
+        """Pixel, key and slot of each lane of a chunk; without slots where there is one sample."""
+        count, keys = len(chunk.samples), self.scene.sampler.keys(chunk.pixels, arena)
+        if count == 1:
+            return chunk.pixels, keys, None
+        slots = np.tile(np.arange(count, dtype=np.uint8), chunk.pixels.size)
+        return np.repeat(chunk.pixels, count), np.repeat(keys, count), slots
 
     def camera_rays(self, pixels, jitter, worker, arena):
         """Rays (o, d, tmax) through `pixels` (N,), at even numbers `jitter` (2 or 4, N) in them; (2, 1) is for all."""
