@@ -21,6 +21,7 @@ CASES = {  # scene, depth, Najev 2024, table 4.1: time over that of ray casting
     "depth 5, closed": ("room_closed", 5, 3.31),
 }
 FULL_HD = (1920, 1080)
+TURNS = 9  # of what takes a quarter of a second, at least
 
 
 def raytracing_over_raycasting(bench, plan, folder):
@@ -104,7 +105,7 @@ def raycasting_over_embree(bench, plan, folder):
     finally:
         compiled.accel = accel
     whole, alone, inside = [], [], []
-    for turn in range(plan.runs + 1):
+    for turn in range(max(plan.runs, TURNS) + 1):
         started = time.perf_counter()
         film = render(compiled, settings)
         seconds = time.perf_counter() - started
