@@ -83,7 +83,7 @@ class Worker:
 class Chunk:
     """Pixels and samples of a chunk; lane ``p * S + s`` is sample number s of pixel p, of S.
 
-    A pixel's samples follow one another, as they see nearly the same: what one has touched is in the cache for the next.
+    A pixel's samples follow one another, as they see nearly the same: what one touched is in the cache for the next.
 
     pixels : (P,) int32, ``y * width + x`` of the whole frame; samples : tuple of int.
     """
