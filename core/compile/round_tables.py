@@ -35,7 +35,8 @@ def append_rows(table, key, scene, spheres, segments):
         values = _of_points(key, scene.curves, columns, _point_count)
         root, tip = values[segments.start], values[segments.start + 1]
         if segments.shares is not None:
-            root, tip = (root + (tip - root) * np.float32(share)[:, None] for share in segments.shares)
+            with np.errstate(invalid="ignore", over="ignore"):  # of what is not finite, such as a radius
+                root, tip = (root + (tip - root) * np.float32(share)[:, None] for share in segments.shares)
         parts.append(np.concatenate([root, tip, root], axis=1))
     return np.concatenate(parts)
 

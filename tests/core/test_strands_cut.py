@@ -48,6 +48,14 @@ def test_a_cut_piece_keeps_what_nodes_read_along_it():
     assert tip[-1] == 1
 
 
+def test_a_cut_piece_with_an_infinite_radius_keeps_the_rest():
+    """What nodes read of the radius along it is no number; the intercept stays."""
+    curves = Curves([(0, 0, 0), (4, 0, 0), (5, 0, 0)], [1 / 250 / 39.5] * 2 + [-np.inf], [3])
+    strand = geometry_of(curves, needs=Needs(strand=True)).corner_values["strand"]
+    assert len(strand) > 100
+    assert np.isfinite(strand[:, :2]).all()
+
+
 def test_a_very_long_piece_is_met_exactly():
     """Embree alone meets a tenth too much or too little of it, by the processor's instructions."""
     radius, count = 1e-4, 4000
