@@ -54,7 +54,8 @@ def phong_table(scene):
     if not 0 < count <= _MOST_MATERIALS or not all(p.follows_angle(smooth) for p in programs):
         return None
     context = view_context(1)
-    columns = [_of_material(materials, m, context) for m in range(count)]
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # as where lanes are shaded
+        columns = [_of_material(materials, m, context) for m in range(count)]
     if any(column is None for column in columns):
         return None
     columns = (np.stack(rows, axis=-1) for rows in list(zip(*columns, strict=True))[:-1])

@@ -37,8 +37,9 @@ def _across_normal(context, local):
     """Unit vectors across the shading normal nearest to `local` (3, N), which is in object space."""
     arena = context.arena
     n = spaces.shading_normal(context)
-    if context.surface is not None:
-        local = transform_normal(spaces.of_object(context, context.geometry.objects.to_object), local, arena)
+    objects = context.geometry.objects if context.surface is not None else None
+    if objects is not None:  # nobody asked for them where what was linked is a loop, which is cut
+        local = transform_normal(spaces.of_object(context, objects.to_object), local, arena)
     side = cross(local, n, arena)
     return cross(n, normalize(side, arena, out=side), arena)
 

@@ -173,6 +173,12 @@ def test_materials_that_change_with_the_angle_are_not_tabulated(material):
     assert phong_table(compile_scene(glossy_boxes(material), Settings(), Diagnostics())) is None
 
 
+def test_materials_whose_parameters_overflow_are_tabulated_without_a_warning():
+    """Colours near float32's end, whose exponents are weighed by them."""
+    compiled = compile_scene(glossy_boxes(Material.glossy((3e38, 3e38, 3e38), 0.001)), Settings(), Diagnostics())
+    phong_table(compiled)
+
+
 @pytest.mark.parametrize("kind", ["box", "gaussian"])
 def test_first_samples_need_no_random_numbers(kind, monkeypatch):
     settings = Settings(method="raycast", width=48, height=48, samples=1, threads=1, pixel_filter=kind)

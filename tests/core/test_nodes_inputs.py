@@ -16,6 +16,7 @@ from zraka.core.nodes import OPERATIONS
 from zraka.core.nodes.base import Context, Ray
 from zraka.core.nodes.coordinates import lookup_generated
 from zraka.core.nodes.displaced import beside
+from zraka.core.render import render
 from zraka.core.scene import (
     Instance,
     Link,
@@ -270,6 +271,15 @@ def test_a_loop_is_cut_and_said():
     at = [np.zeros(1, np.float32)] * 2
     assert np.isfinite(made.emission_at(np.zeros(1, np.int32), *at, Arena())).all()
     assert len(messages) == 1 and "loop" in messages[0]
+
+
+def test_a_tangent_that_is_a_loop_is_cut():
+    """An anisotropic closure has then one of its own, of which nothing was tabulated."""
+    link = Link(0, "color")
+    glossy = Node("glossy", {"color": (0.8,) * 3, "roughness": 0.3, "anisotropy": 0.5, "tangent": link})
+    made = Scene(camera((0, 0, 3), (0, 0, 0), fov=0.5), [Instance(quad(2), materials=(Material("m", (glossy,), 0),))])
+    film = render(compile_scene(made, SETTINGS, Diagnostics()), SETTINGS)
+    assert film.nonfinite == 0
 
 
 def test_two_thousand_nodes_run_in_bounded_memory(monkeypatch):
