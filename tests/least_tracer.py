@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The least that path tracing in numpy does beside Embree, which bounds Embree's share (docs/performance.md).
+"""How little path tracing in numpy may do beside Embree: what share of the time that leaves it (docs/performance.md).
 
 ``python tests/least_tracer.py`` traces `cornell` by a tracer for this one scene and by Zraka, by turns, on one process
 and on two. The tracer knows grey walls, one rectangular lamp and a fixed epsilon: no weights between ways to sample, no
@@ -21,6 +21,7 @@ from zraka.core.arena import zeros_on_demand
 from zraka.core.geometry import NORMAL
 from zraka.core.methods.phong_table import phong_table
 from zraka.core.methods.wavefront import Worker, add_at, nonzero
+from zraka.core.processes import _keep_memory
 from zraka.core.render import render
 from zraka.core.sampling.sampler import hash_int
 
@@ -32,7 +33,7 @@ ROULETTE_DEPTH = 2
 
 
 def main():
-    """Print both tracers' nanoseconds a sample and Embree's share of them."""
+    """Print both tracers' samples a second, nanoseconds a sample and Embree's share of them."""
     compiled, settings = compiled_cornell()
     room = Room(compiled, settings.depth)
     truth = render(compiled, settings).image()[..., :3].mean((0, 1))
@@ -80,6 +81,7 @@ def traced(room, processes):
     for own in range(processes):
         children.append(os.fork())
         if children[-1] == 0:
+            _keep_memory()  # as Zraka's forks
             worker = Worker()
             for number in range(own, 2, processes):
                 for sample in range(SAMPLES):
