@@ -12,10 +12,10 @@ import pytest
 from zraka.core.compile import compile_scene
 from zraka.core.compile.features import Feature
 from zraka.core.diagnostics import Diagnostics
-from zraka.core.methods import local, pathtrace
+from zraka.core.methods import bake, local, pathtrace
 from zraka.core.methods.joining import in_parts
 from zraka.core.methods.phong_table import phong_table
-from zraka.core.methods.wavefront import Wavefront
+from zraka.core.methods.wavefront import Chunk, Wavefront
 from zraka.core.render import passes, render, step_towards
 from zraka.core.scene import AreaLight, Material, PointLight, Spheres
 from zraka.core.settings import METHODS, Settings
@@ -144,6 +144,13 @@ def test_classic_first_sample_is_in_the_pixels_centre():
     view = camera((0, 0, 2), (0, 0, 0), fov=0.5)
     value = film_of(scene(view, placed(quad(1), Material.emission())), 1, 33, method="raycast").image()[..., 0]
     assert set(np.unique(value)) == {0.0, 1.0} and value.mean() == pytest.approx((17 / 33) ** 2)
+
+
+@pytest.mark.parametrize("method", [local.LocalModel, bake._AtPoints])
+def test_the_first_of_several_samples_alone_is_in_the_centre(method):
+    jitter = np.full((2, 6), 0.25, np.float32)
+    method.place_samples(None, jitter, Chunk(np.arange(2, dtype=np.int32), (0, 1, 2)))
+    np.testing.assert_array_equal(jitter, [[0.5, 0.25, 0.25] * 2] * 2)
 
 
 def glossy_boxes(*more):
