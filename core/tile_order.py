@@ -47,13 +47,10 @@ class TileOrder:
             return self._all[where]
         start, stop, _ = where.indices(self.size)
         first, last = np.searchsorted(self._ends, (start, stop - 1), side="right") - (1, 0)
-        heights, widths = self._shapes[:, first:last, None, None]
-        down = np.arange(heights.max(), dtype=np.int32)[:, None]
-        across = np.arange(widths.max(), dtype=np.int32)
-        places = self._first[first:last, None, None] + (down * np.int32(self._widths[0]) + across)
-        if places.size > self._ends[last] - self._ends[first]:  # some squares are smaller
-            places = places[(down < heights) & (across < widths)]
-        return places.reshape(-1)[start - self._ends[first] : stop - self._ends[first]]
+        heights, widths = self._shapes[:, first:last]
+        lines = np.repeat(self._first[first:last], heights) + _counted(0, heights) * np.int32(self._widths[0])
+        places = _counted(lines, np.repeat(widths, heights))
+        return places[start - self._ends[first] : stop - self._ends[first]]
 
     def pixels(self, where):
         """Numbers of the same pixels in the frame."""
@@ -66,6 +63,14 @@ class TileOrder:
     @cached_property
     def _all(self):
         return self[:]
+
+
+def _counted(starts, counts):
+    """`counts` (R,) numbers each, counted from `starts`, one run after the other, int32."""
+    ends = np.cumsum(counts, dtype=np.int32)
+    numbers = np.repeat(starts - (ends - counts), counts)
+    numbers += np.arange(ends[-1], dtype=np.int32)
+    return numbers
 
 
 def _dealt(count):

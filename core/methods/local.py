@@ -107,10 +107,11 @@ class LocalModel(Wavefront):
         hits = self._trace(rays, level, worker)
         if level:
             worker.rays["secondary"] += rays.o.shape[1]
-        self._add_environment(rays, hits, level, radiance, arena)
+        order, groups = self.scene.grouped(hits.prim, arena)
+        if order.size < hits.prim.size:
+            self._add_environment(rays, hits, level, radiance, arena)
         if Feature.EMISSIVE_SURFACES in self.features:
             self._add_emission(rays, hits, level, radiance, arena)
-        order, groups = self.scene.grouped(hits.prim, arena)
         if order.size == 0:
             return None
         if order.size < hits.prim.size or len(groups) > 1:
