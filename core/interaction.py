@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .geometry import CORNERS, NORMAL, NORMAL_ROW, OFFSET, UNIT_ROUNDOFF
+from .limits import at_least
 from .vecmath import dot, normalize
 
 # Relative error bounds of points on spheres and planes, with room for the next ray's own rounding.
@@ -102,7 +103,7 @@ def spawn_to(p, offset, ng, w, distance, arena, in_front=False):
         side = offset if in_front else np.copysign(offset, dot(w, ng, arena, out=step), out=step)
         np.multiply(ng, side, out=o)
         np.add(o, p, out=o)
-        np.maximum(distance, SHORTEST, out=tmax)
+        at_least(distance, SHORTEST, tmax)
         np.divide(side, tmax, out=step)
         np.multiply(ng, step, out=d)
         np.subtract(w, d, out=d)
@@ -281,7 +282,7 @@ def _on_planes(geometry, hits, o, d, arena):
         _projected(reach, ng, offset, arena)
         np.multiply(offset, _PLANE_SLACK, out=offset)
         # In a plane through zero along the axes nothing is rounded, and any distance will do.
-        np.maximum(offset, 1e-30, out=offset)
+        at_least(offset, 1e-30, offset)
     return Interaction(p, ng, ng, front, offset, hits.prim)
 
 

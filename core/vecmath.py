@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .limits import at_least
+
 
 def lanes(*arrays):
     """Number of lanes of arrays that broadcast together."""
@@ -49,7 +51,7 @@ def normalize(v, arena, out=None):
     with arena.frame():
         s = dot(v, v, arena)
         np.sqrt(s, out=s)
-        np.maximum(s, 1e-30, out=s)
+        at_least(s, 1e-30, s)
         np.divide(v, s, out=out)
     return out
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot, normalize
 from . import dielectric, energy, fresnel, sheen
 
 
 def facing(n, wo, arena):
     """Cosine of the view, (N,), at least 0."""
-    return np.maximum(dot(n, wo, arena), 0.0, out=arena.empty(wo.shape[-1]))
+    return at_least(dot(n, wo, arena), 0.0, arena.empty(wo.shape[-1]))
 
 
 def sheen_layer(x, n, wo, below, arena):

@@ -11,6 +11,7 @@ import functools
 import numpy as np
 
 from .. import vecmath
+from ..limits import at_least, within
 from ..vecmath import dot
 from . import facets as microfacets
 from . import glass, refraction
@@ -42,7 +43,7 @@ class _Rough:
             s, t = vecmath.frame(n, arena)
             o = vecmath.to_local(wo, s, t, n, arena)
             below = o[2] <= 0.0
-            np.maximum(o[2], 0.0, out=o[2])
+            at_least(o[2], 0.0, o[2])
             h = cls.facets.sample(o, alpha, alpha, u0, u1, arena)
             cos_h = np.maximum(dot(o, h, arena), 0.0)
             reflected, transmitted, p, cos_t = cls.split(params, cos_h, arena)
@@ -75,7 +76,7 @@ class _Rough:
             cos_h = dot(o, h, arena)
             # `wo` must see the facet's front, and a refracted `wi` its back.
             seen = (cos_h > 0.0) & (reflects | (dot(i, h, arena) < 0.0))
-            np.clip(cos_h, 0.0, 1.0, out=cos_h)
+            within(cos_h, 0.0, 1.0, cos_h)
             reflected, transmitted, p, cos_t = cls.split(params, cos_h, arena)
             cls._weigh(o, i, h, cos_h, cos_t, eta, alpha, reflects, arena, f[0], pdf)
             np.multiply(pdf, seen & (reflects | (np.abs(eta - 1.0) >= _EQUAL_INDEX)), out=pdf)
@@ -90,9 +91,9 @@ class _Rough:
         """Write G2/G1 and the density, without the choice of the way; both 0 where a direction is on the wrong side."""
         side = np.where(reflects, i[2], -i[2])
         above = (o[2] > 0.0) & (side > 0.0)
-        np.maximum(o[2], 0.0, out=o[2])
+        at_least(o[2], 0.0, o[2])
         mirrored = np.array(i)
-        np.maximum(side, 0.0, out=mirrored[2])
+        at_least(side, 0.0, mirrored[2])
         np.copyto(ratio, microfacets.masking(cls.facets, o, mirrored, alpha, alpha, arena))
         seen = cls.facets.density(h, alpha, alpha, arena) / cls.facets.projected(o, alpha, alpha, arena)
         np.multiply(seen, np.where(reflects, np.float32(0.25), _jacobian(cos_h, cos_t, eta)), out=pdf)

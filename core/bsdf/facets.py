@@ -22,6 +22,7 @@ import functools
 import numpy as np
 
 from .. import vecmath
+from ..limits import at_least, within
 from ..vecmath import dot
 from . import beckmann, microfacet, tangents
 from .base import Lobe, LobeSample
@@ -118,9 +119,9 @@ class _Rough:
             s, t = basis(params, n, arena)
             o = vecmath.to_local(wo, s, t, n, arena)
             below = o[2] <= 0.0
-            np.maximum(o[2], 0.0, out=o[2])
+            at_least(o[2], 0.0, o[2])
             h = cls.facets.sample(o, ax, ay, u0, u1, arena)
-            np.maximum(dot(o, h, arena), 0.0, out=cos_h)
+            at_least(dot(o, h, arena), 0.0, cos_h)
             i = np.subtract(h * (2.0 * cos_h), o, out=arena.empty((3, count)))
             vecmath.normalize(i, arena, out=i)
             np.copyto(wi, vecmath.to_world(i, s, t, n, arena))
@@ -139,7 +140,7 @@ class _Rough:
             o, i = vecmath.to_local(wo, s, t, n, arena), vecmath.to_local(wi, s, t, n, arena)
             h = np.add(o, i, out=arena.empty((3, count)))
             vecmath.normalize(h, arena, out=h)
-            np.clip(dot(o, h, arena), 0.0, 1.0, out=cos_h)
+            within(dot(o, h, arena), 0.0, 1.0, cos_h)
             cls._weigh(o, i, h, ax, ay, arena, f, pdf)
             np.multiply(f, pdf, out=f)
         return cls._reflected(params, f, cos_h, arena), pdf
@@ -150,14 +151,14 @@ class _Rough:
         if cls.reflectance is None:
             return 1.0
         cosine = dot(n, wo, arena)
-        return cls.reflectance(params, np.clip(cosine, 0.0, 1.0, out=cosine), arena)
+        return cls.reflectance(params, within(cosine, 0.0, 1.0, cosine), arena)
 
     @classmethod
     def _weigh(cls, o, i, h, ax, ay, arena, ratio, pdf):
         """Write G2/G1 and the density of local unit directions; both are 0 where one is not above the surface."""
         above = np.minimum(o[2], i[2]) > 0.0
         for w in (o, i):
-            np.maximum(w[2], 0.0, out=w[2])
+            at_least(w[2], 0.0, w[2])
         np.copyto(ratio, masking(cls.facets, o, i, ax, ay, arena))
         np.divide(cls.facets.density(h, ax, ay, arena), 4.0 * cls.facets.projected(o, ax, ay, arena), out=pdf)
         np.multiply(ratio, above, out=ratio)
@@ -180,5 +181,5 @@ def masking(facets, o, i, ax, ay, arena):
         np.multiply(seen_o, i[2], out=out)
         np.multiply(np.subtract(seen_i, i[2], out=seen_i), o[2], out=seen_i)
         np.add(seen_i, out, out=seen_i)
-        np.divide(out, np.maximum(seen_i, _TINY, out=seen_i), out=out)
+        np.divide(out, at_least(seen_i, _TINY, seen_i), out=out)
     return out

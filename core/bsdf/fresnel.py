@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least, at_most
+
 _LEAST_COSINE = 1e-7  # keeps total reflection total where the cosine vanishes
 
 
@@ -20,27 +22,29 @@ def dielectric(cosine, eta, arena):
     n = max(cosine.size, eta.size)
     reflectance, cos_t = arena.empty(n), arena.empty(n)
     with arena.frame():
-        a, b, c, t = arena.empty(n), arena.empty(n), arena.empty(n), arena.empty(n)
-        np.subtract(eta, 1.0, out=a)
-        np.add(eta, 1.0, out=b)
-        np.multiply(a, b, out=a)
-        np.maximum(cosine, _LEAST_COSINE, out=c)
-        np.multiply(c, c, out=b)
-        np.add(a, b, out=a)
-        np.maximum(a, 0.0, out=a)
-        np.sqrt(a, out=a)
-        np.divide(a, eta, out=cos_t)
-        np.multiply(eta, c, out=b)  # parallel: (η c - c_t)/(η c + c_t)
-        np.add(b, cos_t, out=t)
-        np.subtract(b, cos_t, out=b)
-        np.divide(b, t, out=b)
-        np.add(c, a, out=t)  # perpendicular: (c - η c_t)/(c + η c_t)
-        np.subtract(c, a, out=a)
-        np.divide(a, t, out=a)
-        np.multiply(a, a, out=a)
-        np.multiply(b, b, out=b)
-        np.add(a, b, out=a)
-        np.multiply(a, 0.5, out=reflectance)
+        rise, square = arena.empty(eta.shape), arena.empty(eta.shape)
+        c, g, t = arena.empty(n), arena.empty(n), arena.empty(n)
+        np.subtract(eta, 1.0, out=rise)
+        np.add(eta, 1.0, out=square)
+        np.multiply(rise, square, out=rise)
+        np.multiply(eta, eta, out=square)
+        at_least(cosine, _LEAST_COSINE, c)
+        np.multiply(c, c, out=g)
+        np.add(g, rise, out=g)
+        at_least(g, 0.0, g)
+        np.sqrt(g, out=g)
+        np.divide(g, eta, out=cos_t)
+        np.add(c, g, out=t)  # perpendicular: (c - η c_t)/(c + η c_t)
+        np.subtract(c, g, out=reflectance)
+        np.divide(reflectance, t, out=reflectance)
+        np.multiply(c, square, out=c)  # parallel: (η c - c_t)/(η c + c_t)
+        np.add(c, g, out=t)
+        np.subtract(c, g, out=c)
+        np.divide(c, t, out=c)
+        np.multiply(reflectance, reflectance, out=reflectance)
+        np.multiply(c, c, out=c)
+        np.add(reflectance, c, out=reflectance)
+        np.multiply(reflectance, 0.5, out=reflectance)
     return reflectance, cos_t
 
 
@@ -55,8 +59,8 @@ def interpolation(reflectance, eta, arena, out=None):
     f0 = f0_from_ior(eta)
     np.subtract(reflectance, f0, out=out)
     np.divide(out, 1.0 - f0, out=out)
-    np.maximum(out, 0.0, out=out)
-    return np.minimum(out, 1.0, out=out)
+    at_least(out, 0.0, out)
+    return at_most(out, 1.0, out)
 
 
 def mix_to_white(f0, s, arena):
@@ -94,8 +98,8 @@ def f82_tint(cosine, f0, drop, arena):
             np.multiply(t, cosine, out=t)
             np.multiply(drop, t, out=loss)
             np.subtract(out, loss, out=out)
-        np.maximum(out, 0.0, out=out)
-        np.minimum(out, 1.0, out=out)
+        at_least(out, 0.0, out)
+        at_most(out, 1.0, out)
     return out
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot, lanes
 from . import fresnel, microfacet
 from .base import Lobe, LobeSample
@@ -42,7 +43,7 @@ def split(params, cosine, arena):
         np.mean(np.broadcast_to(reflected, transmitted.shape), axis=0, out=r)
         np.mean(transmitted, axis=0, out=t)
         np.add(r, t, out=t)
-        np.maximum(t, _TINY, out=t)
+        at_least(t, _TINY, t)
         np.divide(r, t, out=probability)
     return reflected, transmitted, probability, cos_t
 
@@ -52,7 +53,7 @@ def albedo(params, n, wo, arena):
     if "f0" not in params and "tint" not in params:
         return 1.0
     cosine = dot(n, wo, arena)
-    np.maximum(cosine, 0.0, out=cosine)
+    at_least(cosine, 0.0, cosine)
     reflected, transmitted, _, _ = split(params, cosine, arena)
     return np.add(reflected, transmitted, out=transmitted)
 
@@ -91,7 +92,7 @@ def _weigh_choice(weight, pdf, reflected, transmitted, probability, reflects, ar
     share = _choose(reflects, reflected, transmitted, arena)
     with arena.frame():
         q = _choose(reflects, probability, np.subtract(1.0, probability), arena)
-        np.maximum(q, _TINY, out=q)
+        at_least(q, _TINY, q)
         np.divide(share, q, out=share)
     np.multiply(share, weight, out=share)
     np.copyto(pdf, 0.0, where=np.logical_not(share.reshape(-1, pdf.size).any(axis=0)))
@@ -112,7 +113,7 @@ def _jacobian(cos_h, cos_t, eta, arena):
         np.multiply(out, 4.0, out=out)
         np.subtract(cos_h, t, out=t)
         np.multiply(t, t, out=t)
-        np.maximum(t, _TINY, out=t)
+        at_least(t, _TINY, t)
         np.divide(out, t, out=out)
     return out
 
@@ -130,7 +131,7 @@ class Rough:
         alpha, eta = microfacet.clamp_alpha(params["alpha"]), params["eta"]
         weight, pdf = arena.empty(uc.shape), arena.empty(uc.shape)
         h, d = microfacet.sample_half(n, wo, alpha, u0, u1, arena)
-        cos_h = np.maximum(dot(wo, h, arena), 0.0, out=arena.empty(uc.shape))
+        cos_h = at_least(dot(wo, h, arena), 0.0, arena.empty(uc.shape))
         reflected, transmitted, p, cos_t = cls.split(params, cos_h, arena)
         reflects = np.less(uc, p, out=arena.empty(uc.shape, bool))
         np.logical_or(reflects, cos_h == 0.0, out=reflects)  # seen from below: fails, but with a unit direction
@@ -169,17 +170,19 @@ class Rough:
             np.multiply(wi, scale, out=h)
             np.add(h, wo, out=h)
             dot(h, h, arena, out=length)
-            np.maximum(length, _TINY, out=length)
+            at_least(length, _TINY, length)
             np.sqrt(length, out=length)
-            np.copysign(length, dot(h, n, arena), out=length)
+            along = dot(h, n, arena)
+            np.copysign(length, along, out=length)
             np.divide(h, length, out=h)
-            microfacet.distribution_about(n, h, alpha, arena, out=d)
+            np.divide(along, length, out=along)
+            microfacet.distribution_about(n, h, along, np.float32(1), alpha, arena, out=d)
             dot(wo, h, arena, out=cos_h)
             # `wo` must see the facet's front, and a refracted `wi` its back: η i·h = |wo + η wi| - o·h < 0.
             facing = np.less(length, cos_h, out=arena.empty(count, bool))
             np.logical_or(facing, reflects, out=facing)
             np.logical_and(facing, np.greater(cos_h, 0.0), out=facing)
-            np.maximum(cos_h, 0.0, out=cos_h)
+            at_least(cos_h, 0.0, cos_h)
             np.abs(cos_i, out=cos_i)
             microfacet.smith(cos_o, cos_i, alpha, arena, pdf, f)
             np.multiply(d, facing, out=d)
@@ -211,7 +214,7 @@ class Smooth:
         """Reflection where `uc` < the probability of reflection, else refraction."""
         cos_o = dot(n, wo, arena)
         above = np.greater(cos_o, 0.0, out=arena.empty(uc.shape, bool))
-        np.maximum(cos_o, 0.0, out=cos_o)
+        at_least(cos_o, 0.0, cos_o)
         reflected, transmitted, p, cos_t = cls.split(params, cos_o, arena)
         reflects = np.less(uc, p, out=arena.empty(uc.shape, bool))
         np.logical_or(reflects, cos_o == 0.0, out=reflects)  # seen from below: fails, but with a unit direction

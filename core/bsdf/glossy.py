@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot
 from . import microfacet
 from .base import Lobe, LobeSample
@@ -31,7 +32,7 @@ class _Reflection:
     def albedo(cls, params, n, wo, arena):
         """F at the macroscopic normal."""
         cosine = dot(n, wo, arena)
-        np.maximum(cosine, 0.0, out=cosine)
+        at_least(cosine, 0.0, cosine)
         reflectance = cls.reflectance(params, cosine, arena)
         return 1.0 if reflectance is None else reflectance
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import within
+
 
 def bilinear(table, y, x, arena):
     """Bilinear interpolation of K tables (K, rows, columns) at `y` (1,) or (N,), `x` (N,), as a list of K arrays (N,).
@@ -59,7 +61,7 @@ def linear(values, x, arena):
     out, last = arena.empty(x.shape), values.size - 1
     with arena.frame():
         t, floor, low = arena.empty(x.shape), arena.empty(x.shape), arena.empty(x.shape, np.intp)
-        np.clip(x, 0.0, 1.0, out=t)
+        within(x, 0.0, 1.0, t)
         np.multiply(t, float(last), out=t)
         np.floor(t, out=floor)
         np.minimum(floor, last - 1.0, out=floor)

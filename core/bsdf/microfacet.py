@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from .. import vecmath
+from ..limits import at_least, at_most
 from ..sampling import warp
 from ..vecmath import dot
 
@@ -46,20 +47,18 @@ def distribution(stretched2, cos2, alpha2, arena, out=None):
     np.add(stretched2, cos2, out=out)
     np.multiply(out, out, out=out)
     np.multiply(out, alpha2, out=out)
-    np.maximum(out, _TINY, out=out)
+    at_least(out, _TINY, out)
     return np.divide(1.0 / math.pi, out, out=out)
 
 
-def distribution_about(n, h, alpha, arena, out):
+def distribution_about(n, h, along, length2, alpha, arena, out):
     """`distribution`, isotropic, of half vectors `h` (3, N) of any length around the normals `n`, (N,).
 
-    sin² comes from the part of `h` across the normal: 1 - cos² would be noise at small α.
+    `along` (N,) is h·n, which is overwritten, and `length2` (N,) is h·h. sin² comes from the part of `h` across the
+    normal: 1 - cos² would be noise at small α.
     """
     with arena.frame():
-        across, length2, along = arena.empty(h.shape), arena.empty(out.shape), arena.empty(out.shape)
-        a2 = np.multiply(alpha, alpha)
-        dot(h, h, arena, out=length2)
-        dot(h, n, arena, out=along)
+        across, a2 = arena.empty(h.shape), np.multiply(alpha, alpha)
         np.multiply(n, along, out=across)
         np.subtract(h, across, out=across)
         stretched2 = dot(across, across, arena)
@@ -96,7 +95,7 @@ def sample_visible_normal(wo, alpha_x, alpha_y, u0, u1, arena):
         np.multiply(top, u1, out=top)  # 1 - z of the cap's point
         np.subtract(2.0, top, out=sine)
         np.multiply(sine, top, out=sine)
-        np.maximum(sine, 0.0, out=sine)
+        at_least(sine, 0.0, sine)
         np.sqrt(sine, out=sine)
         np.subtract(1.0, top, out=z)
         np.multiply(u0, 2.0 * math.pi, out=top)
@@ -104,7 +103,7 @@ def sample_visible_normal(wo, alpha_x, alpha_y, u0, u1, arena):
         np.add(h, view, out=h)
         np.multiply(x, alpha_x, out=x)
         np.multiply(y, alpha_y, out=y)
-        np.maximum(z, 1e-7, out=z)
+        at_least(z, 1e-7, z)
     return vecmath.normalize(h, arena, out=h)
 
 
@@ -115,7 +114,7 @@ def sample_half(n, wo, alpha, u0, u1, arena):
     with arena.frame():
         s, t = vecmath.frame(n, arena)
         local = vecmath.to_local(wo, s, t, n, arena)
-        np.maximum(local[2], 0.0, out=local[2])
+        at_least(local[2], 0.0, local[2])
         local_h = sample_visible_normal(local, alpha, alpha, u0, u1, arena)
         np.copyto(h, vecmath.to_world(local_h, s, t, n, arena))
         np.multiply(local_h, local_h, out=local_h)
@@ -126,19 +125,12 @@ def sample_half(n, wo, alpha, u0, u1, arena):
     return h, d
 
 
-def slant(cosine, alpha, arena):
-    """Return s = sqrt(cos² + α² (1 - cos²)), (N,)."""
-    out = arena.empty(max(cosine.size, alpha.size))
-    with arena.frame():
-        c2 = arena.empty(out.shape)
-        np.multiply(cosine, cosine, out=c2)
-        np.subtract(1.0, c2, out=out)
-        np.maximum(out, 0.0, out=out)
-        np.multiply(out, alpha, out=out)
-        np.multiply(out, alpha, out=out)
-        np.add(out, c2, out=out)
-        np.sqrt(out, out=out)
-    return out
+def slant(cosine, a2, rest, arena):
+    """Return s = sqrt(cos² + α² (1 - cos²)), (N,), of `a2` = α² and `rest` = 1 - α²."""
+    out = np.multiply(cosine, cosine, out=arena.empty(max(cosine.size, a2.size)))
+    np.multiply(out, rest, out=out)
+    np.add(out, a2, out=out)
+    return np.sqrt(out, out=out)
 
 
 def smith(cos_o, cos_i, alpha, arena, g1, ratio):
@@ -149,15 +141,17 @@ def smith(cos_o, cos_i, alpha, arena, g1, ratio):
     with arena.frame():
         keep = np.minimum(cos_o, cos_i, out=arena.empty(cos_o.shape))
         keep = np.greater(keep, 0.0, out=arena.empty(cos_o.shape, bool))
-        np.maximum(cos_o, 0.0, out=cos_o)
-        np.maximum(cos_i, 0.0, out=cos_i)
-        s_o, s_i = slant(cos_o, alpha, arena), slant(cos_i, alpha, arena)
+        at_least(cos_o, 0.0, cos_o)
+        at_least(cos_i, 0.0, cos_i)
+        a2 = np.multiply(alpha, alpha, out=arena.empty(alpha.shape))
+        rest = np.subtract(1.0, a2, out=arena.empty(alpha.shape))
+        s_o, s_i = slant(cos_o, a2, rest, arena), slant(cos_i, a2, rest, arena)
         np.add(cos_o, s_o, out=g1)
         np.multiply(g1, cos_i, out=ratio)
         np.multiply(s_o, cos_i, out=s_o)
         np.multiply(s_i, cos_o, out=s_i)
         np.add(s_o, s_i, out=s_o)
-        np.maximum(s_o, _TINY, out=s_o)
+        at_least(s_o, _TINY, s_o)
         np.divide(ratio, s_o, out=ratio)
         np.divide(0.5, g1, out=g1)
         np.multiply(ratio, keep, out=ratio)
@@ -172,7 +166,7 @@ def sample_reflection(n, wo, alpha, u0, u1, arena):
         alpha = clamp_alpha(alpha)
         h, d = sample_half(n, wo, alpha, u0, u1, arena)
         dot(wo, h, arena, out=cos_h)
-        np.maximum(cos_h, 0.0, out=cos_h)
+        at_least(cos_h, 0.0, cos_h)
         np.add(cos_h, cos_h, out=pdf)
         np.multiply(h, pdf, out=wi)
         np.subtract(wi, wo, out=wi)
@@ -187,14 +181,16 @@ def eval_reflection(n, wo, wi, alpha, arena):
     f, pdf, cos_h = arena.empty(count), arena.empty(count), arena.empty(count)
     with arena.frame():
         alpha = clamp_alpha(alpha)
-        h, d = arena.empty((3, count)), arena.empty(count)
+        cos_o, cos_i = dot(n, wo, arena), dot(n, wi, arena)
+        h, d, along = arena.empty((3, count)), arena.empty(count), arena.empty(count)
         np.add(wo, wi, out=h)
-        distribution_about(n, h, alpha, arena, out=d)
+        np.add(cos_o, cos_i, out=along)
         dot(h, h, arena, out=cos_h)
+        distribution_about(n, h, along, cos_h, alpha, arena, out=d)
         np.sqrt(cos_h, out=cos_h)  # |wo + wi| = 2 dot(wo, h)
         np.multiply(cos_h, 0.5, out=cos_h)
-        np.minimum(cos_h, 1.0, out=cos_h)
-        smith(dot(n, wo, arena), dot(n, wi, arena), alpha, arena, pdf, f)
+        at_most(cos_h, 1.0, cos_h)
+        smith(cos_o, cos_i, alpha, arena, pdf, f)
         np.multiply(pdf, d, out=pdf)
         np.multiply(f, pdf, out=f)
     return f, pdf, cos_h
@@ -208,5 +204,5 @@ def mirror(n, wo, arena):
     weight, pdf = arena.zeros(cosine.shape), arena.zeros(cosine.shape)
     np.copyto(weight, 1.0, where=above)
     np.copyto(pdf, np.inf, where=above)
-    np.maximum(cosine, 0.0, out=cosine)
+    at_least(cosine, 0.0, cosine)
     return wi, weight, pdf, cosine

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least, within
 from ..vecmath import dot
 from .base import BSDFSample, Lobe
 
@@ -200,7 +201,7 @@ def _chosen(entries, but, shares, uc, arena):
                 share, u = arena.take(shares[k], lanes), arena.take(uc, lanes)
                 np.subtract(u, arena.take(start, lanes), out=u)
                 np.divide(u, share, out=u)
-                np.clip(u, 0.0, _BELOW_ONE, out=u)
+                within(u, 0.0, _BELOW_ONE, u)
                 yield entry, share, lanes, u
 
 
@@ -227,7 +228,7 @@ def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
             if surface.ns is not surface.ng or any(n is not None for _, _, _, n in entries):
                 failed = np.equal(pdf, 0.0, out=arena.empty(pdf.shape, bool))
             _sum_lobes(entries, shares, surface, wi, arena, weight, pdf)
-            density = np.maximum(pdf, _TINY, out=arena.empty(pdf.shape))
+            density = at_least(pdf, _TINY, arena.empty(pdf.shape))
             np.divide(weight, density, out=weight)
             if failed is not None:  # on one normal its f = 0 anyway, on turned ones another lobe may reflect from there
                 np.copyto(weight, 0.0, where=failed)
@@ -239,7 +240,7 @@ def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
         f, density = arena.empty(wi.shape), arena.empty(pdf.shape)
         _sum_lobes(entries, shares, surface, wi, arena, f, density)
         np.copyto(pdf, density, where=smooth)
-        np.maximum(density, _TINY, out=density)
+        at_least(density, _TINY, density)
         np.divide(f, density, out=f)
         np.copyto(weight, f, where=smooth)
 
@@ -293,7 +294,7 @@ def _choice_probabilities(entries, surface, arena):
         np.add(shares[0], shares[1], out=t)
         for share in shares[2:]:
             np.add(t, share, out=t)
-        np.maximum(t, _TINY, out=t)
+        at_least(t, _TINY, t)
         np.divide(shares, t, out=shares)
     return shares
 

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from ..limits import at_least, within
 from ..sampling import warp
 from ..vecmath import dot
 from . import diffuse
@@ -52,13 +53,13 @@ def _reflectance(params, n, wo, wi, arena):
     a = 1.0 / (math.pi + sigma * (math.pi / 2 - 2 / 3))
     b = sigma * a
     cos_i, cos_o = dot(n, wi, arena), dot(n, wo, arena)
-    np.maximum(cos_i, 0.0, out=cos_i)
-    np.maximum(cos_o, 0.0, out=cos_o)
+    at_least(cos_i, 0.0, cos_i)
+    at_least(cos_o, 0.0, cos_o)
     t, denominator = dot(wi, wo, arena), arena.empty(cos_i.shape)
     np.multiply(cos_i, cos_o, out=denominator)
     np.subtract(t, denominator, out=t)
     np.maximum(cos_i, cos_o, out=denominator)
-    np.maximum(denominator, 1e-20, out=denominator)
+    at_least(denominator, 1e-20, denominator)
     np.divide(t, denominator, out=t, where=t > 0.0)
     np.multiply(t, b, out=t)
     np.add(t, a, out=t)
@@ -76,7 +77,7 @@ def _lost(cosine, a, b, arena):
     out = arena.empty(cosine.shape)
     with arena.frame():
         c, s, g = arena.empty(cosine.shape), arena.empty(cosine.shape), arena.empty(cosine.shape)
-        np.clip(cosine, 1e-4, 1.0, out=c)
+        within(cosine, 1e-4, 1.0, c)
         np.multiply(c, c, out=s)
         np.subtract(1.0, s, out=s)
         np.sqrt(s, out=s)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot
 from . import fresnel, glass
 from .base import Lobe
@@ -24,7 +25,7 @@ def split(params, cosine, arena):
 def albedo(params, n, wo, arena):
     """1 where the macroscopic normal lets light pass, else 0."""
     cosine = dot(n, wo, arena)
-    np.maximum(cosine, 0.0, out=cosine)
+    at_least(cosine, 0.0, cosine)
     return split(params, cosine, arena)[1]
 
 

@@ -20,6 +20,7 @@ import os
 import numpy as np
 
 from .. import vecmath
+from ..limits import at_least
 from ..sampling import warp
 from . import tangents
 from .base import Lobe, LobeSample
@@ -91,6 +92,6 @@ def _density(local, a, b, arena, out):
         np.add(out, t, out=out)
         np.divide(a, out, out=out)
         np.multiply(out, out, out=out)
-        np.maximum(z, 0.0, out=t)
+        at_least(z, 0.0, t)
         np.multiply(t, warp.INV_PI, out=t)
     return np.multiply(out, t, out=out)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arena import Arena
 from ..bsdf.mixture import ALBEDO
+from ..limits import within
 from ..nodes.base import Context
 from ..vecmath import dot
 
@@ -130,7 +131,7 @@ class AngularTables:
         with arena.frame():
             whole = arena.empty(context.count)
             dot(surface.ns, surface.wo, arena, out=share)
-            np.clip(share, 0.0, 1.0, out=share)
+            within(share, 0.0, 1.0, share)
             np.multiply(share, float(_STEPS), out=share)
             np.floor(share, out=whole)
             np.subtract(share, whole, out=share)

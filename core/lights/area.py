@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot
 from .base import Bounds, LightHits, LightSample, rows_at, rows_of
 from .rectangle import Rectangles
@@ -60,7 +61,7 @@ class AreaLights:
         weight, pdf = arena.empty(p.shape), arena.empty(p.shape[-1])
         wi, distance, inverse = self._shapes.sample(rows, p, u0, u1, arena)
         with arena.frame():
-            np.divide(1.0, np.maximum(inverse, _TINY, out=pdf), out=pdf)
+            np.divide(1.0, at_least(inverse, _TINY, pdf), out=pdf)
             if self._any_spread:
                 np.multiply(inverse, self.attenuation(rows, wi, arena), out=inverse)
             np.multiply(rows_of(self.radiance, rows, arena), inverse, out=weight)
@@ -74,7 +75,7 @@ class AreaLights:
         rows = rows_at(rows, lanes, arena)
         d = arena.take(d, lanes)
         pdf = self._shapes.inverse_density(rows, arena.take(o, lanes), d, distance, arena)
-        np.divide(1.0, np.maximum(pdf, _TINY, out=pdf), out=pdf)
+        np.divide(1.0, at_least(pdf, _TINY, pdf), out=pdf)
         radiance = rows_of(self.radiance, rows, arena)
         if self._any_spread:
             radiance = np.multiply(radiance, self.attenuation(rows, d, arena), out=arena.empty((3, lanes.size)))
@@ -102,12 +103,12 @@ class AreaLights:
             cosine = dot(normal, wi, arena)
             np.multiply(cosine, cosine, out=out)
             np.subtract(1.0, out, out=out)
-            np.sqrt(np.maximum(out, 0.0, out=out), out=out)
-            np.maximum(np.negative(cosine, out=cosine), 1e-6, out=cosine)
+            np.sqrt(at_least(out, 0.0, out), out=out)
+            at_least(np.negative(cosine, out=cosine), 1e-6, cosine)
             np.divide(out, cosine, out=out)  # the tangent
             np.multiply(out, spread[1], out=out)
             np.subtract(spread[0], out, out=out)
-            np.maximum(out, 0.0, out=out)
+            at_least(out, 0.0, out)
         return out
 
 

@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot
 from .base import NEAREST_SQUARED, towards
 
@@ -89,7 +90,7 @@ class ClassicLights:
         out = arena.empty(distance.shape)
         np.multiply(distance, 1.0 - light.relative_margin, out=out)
         np.subtract(out, light.margin, out=out)
-        return np.maximum(out, 0.0, out=out)
+        return at_least(out, 0.0, out)
 
 
 class LocalLight:
@@ -165,7 +166,7 @@ def area_pseudo_light(center, normal, area, radiance, attenuation):
     def front_cosine(wi, arena):
         cosine = dot(wi, normal, arena)
         np.negative(cosine, out=cosine)
-        np.maximum(cosine, 0.0, out=cosine)
+        at_least(cosine, 0.0, cosine)
         return np.multiply(cosine, attenuation(0, wi, arena), out=cosine)
 
     return LocalLight(center, np.asarray(radiance) * area, softening=area / math.pi, profile=front_cosine)

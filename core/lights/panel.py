@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from ..limits import at_least
 from .base import Bounds, LightSample, rows_of
 from .rectangle import Rectangles
 
@@ -59,7 +60,7 @@ class PanelLights:
         """A direction to a point of the panel."""
         weight, pdf = arena.empty(p.shape), arena.empty(p.shape[-1])
         wi, distance, inverse = self._shapes.sample(rows, p, u0, u1, arena)
-        np.divide(1.0, np.maximum(inverse, _TINY, out=pdf), out=pdf)
+        np.divide(1.0, at_least(inverse, _TINY, pdf), out=pdf)
         with arena.frame():
             np.multiply(rows_of(self.radiance, rows, arena), inverse, out=weight)
             if self._far_sides is not None:
@@ -69,7 +70,7 @@ class PanelLights:
     def density(self, rows, p, wi, distance, arena):
         """Solid-angle density (N,) of `sample` for directions `wi` from `p` that meet the panel at `distance`."""
         pdf = self._shapes.inverse_density(rows, p, wi, distance, arena)
-        return np.divide(1.0, np.maximum(pdf, _TINY, out=pdf), out=pdf)
+        return np.divide(1.0, at_least(pdf, _TINY, pdf), out=pdf)
 
 
 def find_panels(corners, alike):

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from ..limits import at_least
 from ..vecmath import dot
 from .base import NEAREST_SQUARED, Bounds, LightHits, LightSample, rows_at, rows_of, towards
 from .cap import SMALLEST_CAP, cap_pdf, cap_weight, distance_to_axis, sample_cap
@@ -36,7 +37,7 @@ class PointLights:
         with arena.frame():
             squared = arena.empty(n)
             np.multiply(distance, distance, out=squared)
-            np.maximum(squared, NEAREST_SQUARED, out=squared)
+            at_least(squared, NEAREST_SQUARED, squared)
             np.divide(rows_of(self.intensity, rows, arena), squared, out=weight)
         return LightSample(wi, distance, weight, pdf)
 
@@ -109,13 +110,13 @@ class SphereLights(_RoundLights):
         with arena.frame():
             cosine = arena.empty(distance.shape)
             np.maximum(distance, radius, out=cosine)
-            np.divide(radius, np.maximum(cosine, 1e-30, out=cosine), out=cap)
+            np.divide(radius, at_least(cosine, 1e-30, cosine), out=cap)
             np.multiply(cap, cap, out=cap)
             np.subtract(1.0, cap, out=cosine)
             np.sqrt(cosine, out=cosine)
             np.add(cosine, 1.0, out=cosine)
             np.divide(cap, cosine, out=cap)
-            np.maximum(cap, SMALLEST_CAP, out=cap)
+            at_least(cap, SMALLEST_CAP, cap)
             inside = np.less_equal(distance, radius, out=arena.empty(distance.shape, bool))
             np.copyto(cap, 2.0, where=inside)
         return cap
@@ -131,14 +132,14 @@ class SphereLights(_RoundLights):
             np.multiply(half_chord, distance, out=half_chord)
             np.multiply(radius, radius, out=along[: radius.shape[-1]])
             np.subtract(along[: radius.shape[-1]], half_chord, out=half_chord)
-            np.maximum(half_chord, 0.0, out=half_chord)
+            at_least(half_chord, 0.0, half_chord)
             np.sqrt(half_chord, out=half_chord)
             outside = np.greater(distance, radius, out=arena.empty(n, bool))
             np.negative(half_chord, out=half_chord, where=outside)
             np.subtract(1.0, lowered, out=along)
             np.multiply(along, distance, out=along)
             np.add(along, half_chord, out=distance)
-            np.maximum(distance, 0.0, out=distance)
+            at_least(distance, 0.0, distance)
 
     def _crosses(self, rows, o, d, tmin, tmax, arena):
         """Whether rays cross the sphere in between, (N,) bool, and their origins' distance to the centre, (N,).
@@ -157,7 +158,7 @@ class SphereLights(_RoundLights):
         dot(offset, offset, arena, out=chord)
         np.subtract(radius * radius, chord, out=chord)
         hit = np.greater_equal(chord, 0.0)
-        np.maximum(chord, 0.0, out=chord)
+        at_least(chord, 0.0, chord)
         np.sqrt(chord, out=chord)
         np.negative(chord, out=chord, where=distance > radius)
         np.add(along, chord, out=along)
@@ -178,20 +179,20 @@ class DiskLights(_RoundLights):
         with arena.frame():
             slant, cosine = arena.empty(distance.shape), arena.empty(distance.shape)
             np.hypot(distance, radius, out=slant)
-            np.maximum(slant, 1e-30, out=slant)
+            at_least(slant, 1e-30, slant)
             np.divide(radius, slant, out=cap)
             np.multiply(cap, cap, out=cap)
             np.divide(distance, slant, out=cosine)
             np.add(cosine, 1.0, out=cosine)
             np.divide(cap, cosine, out=cap)
-            np.maximum(cap, SMALLEST_CAP, out=cap)
+            at_least(cap, SMALLEST_CAP, cap)
         return cap
 
     def _surface(self, distance, radius, lowered, arena):
         """Turn `distance` to the centre into that to the disk, along directions of cosine 1 - `lowered`."""
         with arena.frame():
             cosine = np.subtract(1.0, lowered, out=arena.empty(distance.shape))
-            np.maximum(cosine, 1e-6, out=cosine)
+            at_least(cosine, 1e-6, cosine)
             np.divide(distance, cosine, out=distance)
 
     def _crosses(self, rows, o, d, tmin, tmax, arena):
@@ -201,7 +202,7 @@ class DiskLights(_RoundLights):
         radius = rows_of(self.radius, rows, arena)
         cosine, t, reach = dot(axis, d, arena), arena.empty(n), arena.empty(n)
         hit = np.greater(cosine, 0.0)
-        np.maximum(cosine, 1e-6, out=cosine)
+        at_least(cosine, 1e-6, cosine)
         np.divide(distance, cosine, out=t)
         for i in range(3):  # d/cosθ - axis, the point of a disk at distance 1
             np.divide(d[i], cosine, out=reach)

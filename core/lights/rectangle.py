@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from ..limits import at_least, at_most
 from ..sampling.warp import square_to_uniform_disk_concentric
 from ..vecmath import dot
 from .base import NEAREST_SQUARED, normalize_length, rows_at, rows_of
@@ -192,10 +193,10 @@ class Rectangles:
             if self._both_sides:
                 np.abs(out, out=out)
             else:
-                np.maximum(np.negative(out, out=out), 0.0, out=out)
+                at_least(np.negative(out, out=out), 0.0, out)
             np.multiply(out, rows_of(self._area, rows, arena), out=out)
             squared = np.multiply(distance, distance, out=arena.empty(distance.shape))
-            np.divide(out, np.maximum(squared, NEAREST_SQUARED, out=squared), out=out)
+            np.divide(out, at_least(squared, NEAREST_SQUARED, squared), out=out)
 
     def _covers(self, rows, frame, edges, x, y, arena):
         """Whether points of the rectangle are no corners beside an ellipse, (N,) bool."""
@@ -253,13 +254,13 @@ class _View:
         np.cos(turn, out=x)
         np.sin(turn, out=sine)
         np.add(np.multiply(x, b0, out=x), b1, out=x)
-        np.copysign(np.maximum(np.abs(sine, out=t), 1e-12, out=t), sine, out=sine)
+        np.copysign(at_least(np.abs(sine, out=t), 1e-12, t), sine, out=sine)
         np.divide(x, sine, out=x)  # its tangent, without the part of b0
         # x = height·sign(f)/sqrt(f² + b0² - 1)
         np.multiply(x, x, out=t)
         np.add(t, np.multiply(b0, b0, out=sine), out=t)
         np.subtract(t, 1.0, out=t)
-        np.sqrt(np.maximum(t, 1e-14, out=t), out=t)
+        np.sqrt(at_least(t, 1e-14, t), out=t)
         np.divide(self.height, t, out=t)
         np.copysign(t, x, out=x)
         np.maximum(np.minimum(x, self.edges[1], out=x), self.edges[0], out=x)
@@ -276,7 +277,7 @@ class _View:
         np.multiply(t, u1, out=t)
         np.add(h, t, out=h)
         np.subtract(1.0, np.multiply(h, h, out=t), out=t)
-        np.sqrt(np.maximum(t, 1e-14, out=t), out=t)
+        np.sqrt(at_least(t, 1e-14, t), out=t)
         np.multiply(h, np.sqrt(d2, out=d2), out=y)
         np.divide(y, t, out=y)
         np.maximum(np.minimum(y, y1, out=y), y0, out=y)
@@ -336,7 +337,7 @@ def _sine(a, b2, arena, out):
     with arena.frame():
         length = np.multiply(a, a, out=arena.empty(a.shape))
         np.add(length, b2, out=length)
-        np.sqrt(np.maximum(length, _TINY, out=length), out=length)
+        np.sqrt(at_least(length, _TINY, length), out=length)
         return np.divide(a, length, out=out)
 
 
@@ -351,7 +352,7 @@ def _excess(sides, arena):
         x, magnitude = arena.empty(sides.shape), arena.empty(sides.shape)
         np.multiply(sides[:3], sides[1:], out=x[:3])
         np.multiply(sides[3], sides[0], out=x[3])
-        np.minimum(np.abs(x, out=magnitude), 1.0, out=magnitude)
+        at_most(np.abs(x, out=magnitude), 1.0, magnitude)
         np.multiply(magnitude, _ARCSINE[0], out=out)
         for c in _ARCSINE[1:-1]:
             np.multiply(np.add(out, c, out=out), magnitude, out=out)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import within
 from .base import LightHits, rows_at, rows_of
 from .cap import distance_to_axis
 
@@ -60,7 +61,7 @@ class SpotLights:
             np.multiply(x, rows_of(self._per_range, rows, arena), out=x)
             np.subtract(1.0, x, out=x)
             np.multiply(x, rows_of(self._per_blend, rows, arena), out=x)
-            np.clip(x, 0.0, 1.0, out=x)
+            within(x, 0.0, 1.0, x)
             slope = np.multiply(x, -2.0, out=arena.empty(x.shape))
             np.add(slope, 3.0, out=slope)
             np.multiply(slope, x, out=slope)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from ..limits import at_least
 from ..sampling.warp import square_to_uniform_triangle
 from ..vecmath import dot
 from .base import NEAREST_SQUARED, Bounds, LightSample, normalize_length, rows_of
@@ -76,7 +77,7 @@ class TriangleLights:
                 np.add(wi[i], np.multiply(e2[i], b[1], out=t), out=wi[i])
             normalize_length(wi, distance, arena)
             inverse = self._inverse_density(corners[9:12], wi, distance, arena)
-            np.divide(1.0, np.maximum(inverse, _TINY, out=pdf), out=pdf)
+            np.divide(1.0, at_least(inverse, _TINY, pdf), out=pdf)
             if ray is not None:
                 ray = ray._replace(length=distance)
             np.multiply(self._emitted(rows, b, wi, ray, arena), inverse, out=weight)
@@ -87,7 +88,7 @@ class TriangleLights:
     def density(self, rows, p, wi, distance, arena):
         """Solid-angle density (N,) of `sample` for directions `wi` from `p` that meet the triangle at `distance`."""
         pdf = self._inverse_density(rows_of(self._corners[9:12], rows, arena), wi, distance, arena)
-        return np.divide(1.0, np.maximum(pdf, _TINY, out=pdf), out=pdf)
+        return np.divide(1.0, at_least(pdf, _TINY, pdf), out=pdf)
 
     def _inverse_density(self, across, wi, distance, arena):
         """1/pdf: area·cosθ/distance², where `across` (3, N) is the area times the normal."""
@@ -95,7 +96,7 @@ class TriangleLights:
         np.abs(inverse, out=inverse)
         with arena.frame():
             squared = np.multiply(distance, distance, out=arena.empty(distance.shape))
-            np.divide(inverse, np.maximum(squared, NEAREST_SQUARED, out=squared), out=inverse)
+            np.divide(inverse, at_least(squared, NEAREST_SQUARED, squared), out=inverse)
         return inverse
 
     def _emitted(self, rows, b, wi, ray, arena):

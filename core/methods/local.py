@@ -17,6 +17,7 @@ import numpy as np
 from ..bsdf.phong import PhongParameters, phong_parameters
 from ..compile.features import Feature
 from ..interaction import spawn, spawn_to
+from ..limits import at_least
 from ..nodes.base import CAMERA_RAY, SCATTERED_RAY, SHADOW_RAY
 from ..vecmath import dot, reflect
 from .phong_table import phong_table
@@ -243,7 +244,7 @@ class LocalModel(Wavefront):
         with arena.frame():
             value = arena.empty(wi.shape)
             cosine = dot(surface.ns, wi, arena)
-            np.maximum(cosine, 0, out=cosine)
+            at_least(cosine, 0, cosine)
             # The mirror direction 2 (wo·n) n - wo, times wi.
             along = np.multiply(twice, cosine, out=arena.empty(cosine.shape))
             np.subtract(along, dot(surface.wo, wi, arena), out=along)
@@ -315,9 +316,9 @@ class LocalModel(Wavefront):
 def _lobe(exponent, along, arena):
     """Phong's lobe times π, (m + 2)/2 · cosᵐα, (N,); `along` (N,) is cosα and is overwritten."""
     # exp(m log) is five times as fast as power; its result stays above the subnormal numbers, which are slow.
-    np.log(np.maximum(along, 1e-30, out=along), out=along)
+    np.log(at_least(along, 1e-30, along), out=along)
     np.multiply(along, exponent, out=along)
-    np.exp(np.maximum(along, _LEAST_LOG, out=along), out=along)
+    np.exp(at_least(along, _LEAST_LOG, along), out=along)
     half = np.multiply(exponent, 0.5, out=arena.empty(exponent.shape))
     return np.multiply(np.add(half, 1, out=half), along, out=along)
 
@@ -344,7 +345,7 @@ def _refracted(surface, eta, arena):
         np.multiply(root, ratio, out=root)
         np.add(root, 1, out=root)
         np.less(root, 0, out=total, casting="unsafe")
-        np.sqrt(np.maximum(root, 0, out=root), out=root)
+        np.sqrt(at_least(root, 0, root), out=root)
         np.multiply(cosine, ratio, out=cosine)
         np.subtract(cosine, root, out=cosine)
         np.multiply(surface.ns, cosine, out=wi)

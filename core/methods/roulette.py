@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_most
 from .wavefront import nonzero
 
 
@@ -21,5 +22,5 @@ def roulette(beta, u, arena):
         return nonzero(chance, arena), None
     # A path that carries little still finds light that others miss: the fourth root takes the least time to a given
     # error in docs/performance.md.
-    np.sqrt(np.sqrt(np.minimum(chance, 1, out=chance), out=chance), out=chance)
+    np.sqrt(np.sqrt(at_most(chance, 1, chance), out=chance), out=chance)
     return (u < chance).nonzero()[0], chance

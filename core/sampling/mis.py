@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_least, at_most
+
 _LARGEST = 3e38  # stands for inf: a delta density against a finite one
 _LARGEST_OTHER = 1e30  # so that of two infinite densities the first wins
 _SMALLEST = 1e-37
@@ -33,15 +35,15 @@ def weight(pa, pb, arena, out=None):
         out = arena.empty(n)
     with arena.frame():
         b, scale = arena.empty(n), arena.empty(n)
-        np.minimum(pa, _LARGEST, out=out)
-        np.minimum(pb, _LARGEST_OTHER, out=b)
+        at_most(pa, _LARGEST, out)
+        at_most(pb, _LARGEST_OTHER, b)
         np.maximum(out, b, out=scale)
-        np.maximum(scale, _SMALLEST, out=scale)
+        at_least(scale, _SMALLEST, scale)
         np.divide(out, scale, out=out)
         np.divide(b, scale, out=b)
         np.multiply(out, out, out=out)
         np.multiply(b, b, out=b)
         np.add(out, b, out=b)
-        np.maximum(b, _SMALLEST, out=b)
+        at_least(b, _SMALLEST, b)
         np.divide(out, b, out=out)
     return out

@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from ..limits import at_least
+
 INV_PI = 1.0 / math.pi
 INV_TWO_PI = 0.5 / math.pi
 INV_FOUR_PI = 0.25 / math.pi
@@ -78,7 +80,7 @@ def square_to_cosine_hemisphere(u0, u1, arena, out=None):
         np.subtract(1.0, t, out=out[2])
         np.multiply(out[1], out[1], out=t)
         np.subtract(out[2], t, out=out[2])
-        np.maximum(out[2], 0.0, out=out[2])
+        at_least(out[2], 0.0, out[2])
         np.sqrt(out[2], out=out[2])
     return out
 
@@ -87,7 +89,7 @@ def cosine_hemisphere_pdf(cosine, arena, out=None):
     """Density of `square_to_cosine_hemisphere`, 0 below the horizon, (N,)."""
     if out is None:
         out = arena.empty(cosine.shape)
-    np.maximum(cosine, 0.0, out=out)
+    at_least(cosine, 0.0, out)
     return np.multiply(out, INV_PI, out=out)
 
 
