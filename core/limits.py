@@ -15,17 +15,17 @@ _held = {}  # arrays by their number
 
 
 def at_least(x, least, out):
-    """`numpy.maximum` of `x` (N,) or (C, N) float32 and a number."""
-    return np.maximum(x, _limit(least, x.shape[-1]), out=out)
+    """`numpy.maximum` of `x` and a number into `out` (N,) or (C, N), float32."""
+    return np.maximum(x, _limit(least, out.shape[-1]), out=out)
 
 
 def at_most(x, most, out):
-    """`numpy.minimum` of `x` (N,) or (C, N) float32 and a number."""
-    return np.minimum(x, _limit(most, x.shape[-1]), out=out)
+    """`numpy.minimum` of `x` and a number into `out` (N,) or (C, N), float32."""
+    return np.minimum(x, _limit(most, out.shape[-1]), out=out)
 
 
 def within(x, least, most, out):
-    """`numpy.clip` of `x` (N,) or (C, N) float32 between two numbers."""
+    """`numpy.clip` of `x` between two numbers into `out` (N,) or (C, N), float32."""
     return at_most(at_least(x, least, out), most, out)
 
 

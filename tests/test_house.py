@@ -30,6 +30,7 @@ FLOOR = {
     "core.scene",
     "core.settings",
     "core.arena",
+    "core.limits",
     "core.visibility",
 }
 VECTORS = FLOOR | {"core.vecmath", "core.geometry", "core.interaction", "core.spaces", "core.strands"}
@@ -44,6 +45,7 @@ RENDER = METHODS | {"core.film", "core.adaptive", "core.shutter", "core.render"}
 MAY_IMPORT = {
     "core.arena": FLOOR,
     "core.diagnostics": set(),
+    "core.limits": set(),
     "core.scene": FLOOR,
     "core.settings": FLOOR,
     "core.vecmath": FLOOR,

@@ -29,7 +29,7 @@ UNTESTED = "untested"
 _OF_MIXTURE = (ALBEDO, MARK, UNTESTED)  # what lobes do not read
 _TINY = 1e-20
 _BELOW_ONE = 1.0 - 2.0**-24
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
+_LUMINANCE = np.float32((0.2126, 0.7152, 0.0722))
 _DIFFUSE = Lobe.REFLECTION | Lobe.DIFFUSE
 _REFRACTS = Lobe.GLOSSY | Lobe.DELTA
 _MAY_BE_DELTA = Lobe.DELTA | Lobe.TRANSMISSION  # rough glass is delta where the indices are equal
@@ -224,14 +224,16 @@ def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
     """Write f/pdf of all lobes, and their density, to the lanes whose `pdf` is neither 0 nor inf."""
     if not any(_MAY_BE_DELTA & entry[0].flags for entry in entries):
         with arena.frame():
-            failed = None
+            sampled = None
             if surface.ns is not surface.ng or any(n is not None for _, _, _, n in entries):
-                failed = np.equal(pdf, 0.0, out=arena.empty(pdf.shape, bool))
+                sampled = np.not_equal(pdf, 0.0, out=arena.empty(pdf.shape, bool))
             _sum_lobes(entries, shares, surface, wi, arena, weight, pdf)
             density = at_least(pdf, _TINY, arena.empty(pdf.shape))
             np.divide(weight, density, out=weight)
-            if failed is not None:  # on one normal its f = 0 anyway, on turned ones another lobe may reflect from there
-                np.copyto(weight, 0.0, where=failed)
+            if (
+                sampled is not None
+            ):  # where not, f = 0 on one normal; on turned ones another lobe may reflect from there
+                np.multiply(weight, sampled, out=weight)
         return
     with arena.frame():
         smooth, finite = arena.empty(pdf.shape, bool), arena.empty(pdf.shape, bool)
@@ -247,19 +249,26 @@ def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
 
 def _sum_lobes(entries, shares, surface, wi, arena, f, pdf):
     """Write the sums of colour · f and share · pdf over the lobes that are not delta."""
-    f.fill(0)
-    pdf.fill(0)
     side = None  # of the geometric normal on which `wi` is: the same for all lobes
     if surface.ns is not surface.ng or any(n is not None for _, _, _, n in entries):
         side = dot(wi, surface.ng, arena)
-    for k, entry in enumerate(entries):
+    some = False
+    for share, entry in zip(shares, entries, strict=True):
         if Lobe.DELTA in entry[0].flags:
             continue
         with arena.frame():
             value, density = _eval_lobe(entry, surface, wi, arena, side)
-            coloured = np.multiply(entry[1], value, out=arena.empty(f.shape))
-            np.add(f, coloured, out=f)
-            np.add(pdf, np.multiply(density, shares[k], out=coloured[0]), out=pdf)
+            if some:
+                coloured = np.multiply(entry[1], value, out=arena.empty(f.shape))
+                np.add(f, coloured, out=f)
+                np.add(pdf, np.multiply(density, share, out=coloured[0]), out=pdf)
+            else:
+                np.multiply(entry[1], value, out=f)
+                np.multiply(density, share, out=pdf)
+        some = True
+    if not some:
+        f.fill(0)
+        pdf.fill(0)
 
 
 def _eval_lobe(entry, surface, wi, arena, side=None):
@@ -268,9 +277,10 @@ def _eval_lobe(entry, surface, wi, arena, side=None):
     n = surface.ns if n is None else n
     value, pdf = lobe.eval_pdf(params, n, surface.wo, wi, arena)
     keep = _on_its_side(lobe, n, surface.ng, wi, arena, params.get(UNTESTED), side)
-    if keep is not None:
-        value, pdf = np.multiply(value, keep, out=arena.empty(value.shape)), np.multiply(pdf, keep, out=pdf)
-    return value, pdf
+    if keep is None:
+        return value, pdf
+    kept = np.multiply(pdf, keep, out=arena.empty(pdf.shape))
+    return kept if value is pdf else np.multiply(value, keep, out=arena.empty(value.shape)), kept
 
 
 def _choice_probabilities(entries, surface, arena):
@@ -285,11 +295,9 @@ def _choice_probabilities(entries, surface, arena):
             bright = params.get(ALBEDO)
             if bright is None:
                 bright = lobe.albedo(params, surface.ns if n is None else n, surface.wo, arena)
-            share.fill(0)
-            for c, y in enumerate(_LUMINANCE):
-                np.multiply(color[c], bright[c] if np.ndim(bright) == 2 else bright, out=t)
-                np.multiply(t, y, out=t)
-                np.add(share, t, out=share)
+            if np.ndim(bright) == 2:
+                color, bright = np.multiply(color, bright, out=arena.empty((3, share.size))), 1.0
+            np.multiply(_luminance(color), bright, out=share)
             np.abs(share, out=share)
         np.add(shares[0], shares[1], out=t)
         for share in shares[2:]:
@@ -297,6 +305,11 @@ def _choice_probabilities(entries, surface, arena):
         at_least(t, _TINY, t)
         np.divide(shares, t, out=shares)
     return shares
+
+
+def _luminance(color):
+    """Luminance (N,) or (1,) of a colour (3, N) or (3, 1); `einsum` takes ten times as long over one grey row."""
+    return color[0] if color.strides[0] == 0 else np.einsum("c,cn->n", _LUMINANCE, color)
 
 
 def _on_its_side(lobe, n, ng, wi, arena, untested=None, side=None):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..limits import at_most
 from ..vecmath import dot, normalize
 
 _LEAST_RISE = 0.01  # cosine to the geometric normal that a mirrored ray keeps, as in Cycles
@@ -24,7 +25,7 @@ def unit_normal(n, fallback, arena):
 
 
 def lifted_normal(n, ng, wo, arena):
-    """Unit normals (3, N) turned towards `ng` where a mirror would send the viewer's ray below the surface.
+    """Unit normals (3, N) turned towards `ng` where a mirror would send the viewer's ray below the surface; else `n`.
 
     Notes
     -----
@@ -33,14 +34,17 @@ def lifted_normal(n, ng, wo, arena):
     that. The height t is that of Cycles.
     """
     out = arena.empty(n.shape)
-    np.copyto(out, n)
     with arena.frame():
-        z = dot(wo, ng, arena)
-        up = dot(n, ng, arena)
-        least = np.minimum(_LEAST_SHARE * z, np.float32(_LEAST_RISE))
-        low = np.flatnonzero(2 * dot(n, wo, arena) * up - z < least)
+        z, up = dot(wo, ng, arena), dot(n, ng, arena)
+        least = np.multiply(z, _LEAST_SHARE, out=arena.empty(z.shape))
+        at_most(least, _LEAST_RISE, least)
+        rise = dot(n, wo, arena)
+        np.multiply(rise, up, out=rise)
+        np.subtract(np.add(rise, rise, out=rise), z, out=rise)
+        low = np.flatnonzero(np.less(rise, least, out=arena.empty(z.shape, bool)))
         if low.size == 0:
-            return out
+            return n
+        np.copyto(out, n)
         n, ng, wo, z, up, least = (arena.take(a, low) for a in (n, ng, wo, z, up, least))
         x_axis = n - up * ng
         normalize(x_axis, arena, out=x_axis)

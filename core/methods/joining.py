@@ -35,24 +35,28 @@ class Joined:
         self.direct = self.scattered = None
 
     def put(self, direct, scattered, start, stop):
-        """Take over what the lanes from `start` to `stop` gave."""
-        if direct is not None:
-            if self.direct is None:
-                self.direct = self._zeros_like(direct)
-            self.direct[..., start:stop] = direct
-        if scattered is not None:
-            if self.scattered is None:
-                self.scattered = self._samples_like(scattered)
-            for own, part in zip(self.scattered, scattered, strict=True):
+        """Take over what the lanes from `start` to `stop` gave, which follow those before."""
+        if self.direct is None and direct is not None:
+            self.direct = self._begun(direct, start)
+        if self.direct is not None:
+            self.direct[..., start:stop] = 0 if direct is None else direct
+        if self.scattered is None and scattered is not None:
+            self.scattered = self._samples_begun(scattered, start)
+        if self.scattered is not None:
+            parts = [0] * len(self.scattered) if scattered is None else scattered
+            for own, part in zip(self.scattered, parts, strict=True):
                 if own is not None:
                     own[..., start:stop] = part
 
-    def _samples_like(self, sample):
-        wi, weight = (self._arena.zeros((3, self._count)) for _ in range(2))
+    def _samples_begun(self, sample, start):
+        wi, weight = (self._begun(sample.wi, start) for _ in range(2))
         pdf, flags, diffuse = (
-            None if a is None else self._zeros_like(a) for a in (sample.pdf, sample.flags, sample.diffuse)
+            None if a is None else self._begun(a, start) for a in (sample.pdf, sample.flags, sample.diffuse)
         )
         return BSDFSample(wi, weight, pdf, flags=flags, diffuse=diffuse)
 
-    def _zeros_like(self, part):
-        return self._arena.zeros((*part.shape[:-1], self._count), part.dtype)
+    def _begun(self, part, start):
+        """An array for all lanes, of which the first `start` had nothing to give."""
+        out = self._arena.empty((*part.shape[:-1], self._count), part.dtype)
+        out[..., :start] = 0
+        return out

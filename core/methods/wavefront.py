@@ -239,12 +239,12 @@ add_at = np.add.at if np.lib.NumpyVersion(np.__version__) >= "1.25.0" else _add_
 def any_channel(color, arena):
     """Lanes of `color` (3, N) in which some channel is not zero."""
     with arena.frame():
-        total, t = arena.empty(color.shape[1]), arena.empty(color.shape[1])
-        np.abs(color[0], out=total)
-        for row in color[1:]:
-            np.abs(row, out=t)
-            np.add(total, t, out=total)
-        return nonzero(total, arena)
+        bits, rows = arena.empty(color.shape[1], np.uint32), color.view(np.uint32)
+        np.copyto(bits, rows[0])
+        for row in rows[1:]:
+            np.bitwise_or(bits, row, out=bits)
+        np.left_shift(bits, np.uint32(1), out=bits)  # -0 is zero
+        return nonzero(bits, arena)
 
 
 def nonzero(values, arena):

@@ -115,7 +115,7 @@ def raised_normal(context, n):
     """`lifted_normal` of the normals `n` (3, N), save on hair, whose normals stay as they are, as in Cycles."""
     s, hair = context.surface, on_strands(context)
     lifted = lifted_normal(n, s.ng, s.wo, context.arena)
-    if hair is not None:
+    if hair is not None and lifted is not n:
         np.copyto(lifted, n, where=hair)
     return lifted
 
