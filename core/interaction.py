@@ -15,7 +15,7 @@ import numpy as np
 
 from .geometry import CORNERS, NORMAL, NORMAL_ROW, OFFSET, UNIT_ROUNDOFF
 from .limits import at_least
-from .vecmath import dot, normalize
+from .vecmath import dot, normalize, with_sign
 
 # Relative error bounds of points on spheres and planes, with room for the next ray's own rounding.
 _SPHERE_SLACK = 16 * UNIT_ROUNDOFF
@@ -74,7 +74,7 @@ def spawn(p, offset, ng, w, arena):
     o = arena.empty(p.shape)
     with arena.frame():
         step = dot(w, ng, arena)
-        np.copysign(offset, step, out=step)
+        with_sign(offset, step)
         np.multiply(ng, step, out=o)
         np.add(o, p, out=o)
     return o
@@ -100,7 +100,7 @@ def spawn_to(p, offset, ng, w, distance, arena, in_front=False):
     o, d, tmax = arena.empty((3, count)), arena.empty((3, count)), arena.empty(count)
     with arena.frame():
         step = arena.empty(count)
-        side = offset if in_front else np.copysign(offset, dot(w, ng, arena, out=step), out=step)
+        side = offset if in_front else with_sign(offset, dot(w, ng, arena, out=step))
         np.multiply(ng, side, out=o)
         np.add(o, p, out=o)
         at_least(distance, SHORTEST, tmax)
@@ -335,8 +335,7 @@ def _turn(n, d, ng, front, arena):
     side = arena.empty(front.size)
     dot(n, d, arena, out=side)
     np.negative(side, out=side)
-    np.copysign(1.0, side, out=side)
-    np.greater(side, 0.0, out=front)
+    np.greater(with_sign(1.0, side), 0.0, out=front)
     np.multiply(n, side, out=ng)
     return side
 

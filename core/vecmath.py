@@ -11,6 +11,8 @@ import numpy as np
 
 from .limits import at_least
 
+_SIGN = np.uint32(1 << 31)  # the bit of a float32's sign
+
 
 def lanes(*arrays):
     """Number of lanes of arrays that broadcast together."""
@@ -23,6 +25,17 @@ def dot(a, b, arena, out=None):
     if out is None:
         out = arena.empty(lanes(a, b))
     return np.einsum("i...,i...->...", a, b, out=out)
+
+
+def with_sign(magnitude, sign):
+    """±`magnitude`, a number or (N,), none below 0, by the signs of `sign` (N,), which it is written to.
+
+    By bits: `numpy.copysign` takes three times as long.
+    """
+    bits = sign.view(np.uint32)
+    np.bitwise_and(bits, _SIGN, out=bits)
+    np.bitwise_or(bits, np.asarray(magnitude, np.float32).view(np.uint32), out=bits)
+    return sign
 
 
 def turned(matrix, v):
@@ -76,7 +89,8 @@ def frame(n, arena):
     s, t = arena.empty((3, count)), arena.empty((3, count))
     with arena.frame():
         sign, a, b = arena.empty(count), arena.empty(count), arena.empty(count)
-        np.copysign(1.0, n[2], out=sign)
+        np.copyto(sign, n[2])
+        with_sign(1.0, sign)
         np.add(sign, n[2], out=a)
         np.divide(-1.0, a, out=a)
         np.multiply(n[0], n[1], out=b)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..limits import at_least, at_most
 from ..sampling.warp import square_to_uniform_disk_concentric
-from ..vecmath import dot
+from ..vecmath import dot, with_sign
 from .base import NEAREST_SQUARED, normalize_length, rows_at, rows_of
 
 # Area over squared distance to the centre above which the solid angle is sampled. Uniform points cost a third of the
@@ -254,7 +254,7 @@ class _View:
         np.cos(turn, out=x)
         np.sin(turn, out=sine)
         np.add(np.multiply(x, b0, out=x), b1, out=x)
-        np.copysign(at_least(np.abs(sine, out=t), 1e-12, t), sine, out=sine)
+        with_sign(at_least(np.abs(sine, out=t), 1e-12, t), sine)
         np.divide(x, sine, out=x)  # its tangent, without the part of b0
         # x = height·sign(f)/sqrt(f² + b0² - 1)
         np.multiply(x, x, out=t)
@@ -347,9 +347,9 @@ def _excess(sides, arena):
     A polynomial, since numpy's arcsin takes three times as long; its error is below 1e-7, less than that of the
     product. Source: Abramowitz and Stegun, "Handbook of Mathematical Functions", 4.4.46.
     """
-    out = arena.empty(sides.shape)
+    x = arena.empty(sides.shape)
     with arena.frame():
-        x, magnitude = arena.empty(sides.shape), arena.empty(sides.shape)
+        out, magnitude = arena.empty(sides.shape), arena.empty(sides.shape)
         np.multiply(sides[:3], sides[1:], out=x[:3])
         np.multiply(sides[3], sides[0], out=x[3])
         at_most(np.abs(x, out=magnitude), 1.0, magnitude)
@@ -360,4 +360,4 @@ def _excess(sides, arena):
         np.sqrt(np.subtract(1.0, magnitude, out=magnitude), out=magnitude)
         np.multiply(out, magnitude, out=out)
         np.subtract(0.5 * math.pi, out, out=out)
-        return np.copysign(out, x, out=out)
+        return with_sign(out, x)
