@@ -77,7 +77,7 @@ def test_tables_are_what_the_closure_computes(case):
             np.broadcast_to(weight, (3, COUNT)), np.broadcast_to(own_weight, (3, COUNT)), atol=3e-3
         )
         for name, value in own_params.items():
-            np.testing.assert_allclose(params[name], np.broadcast_to(value, np.shape(params[name])), atol=1e-3)
+            np.testing.assert_allclose(*np.broadcast_arrays(params[name], value), atol=1e-3)
 
 
 def test_a_varying_colour_multiplies_what_takes_it():
@@ -88,3 +88,11 @@ def test_a_varying_colour_multiplies_what_takes_it():
 
 def test_a_colour_that_does_more_than_multiply_is_not_tabulated():
     assert both("principled", {"metallic": ..., "roughness": ...}, color="base_color")[0] is None
+
+
+def test_what_all_materials_share_stays_one_number():
+    """Three materials that differ in roughness have one index, which costs nothing over lanes."""
+    tabulated, _ = both("principled", {"roughness": ...})
+    specular = next(params for _, _, params, _ in tabulated if "eta" in params)
+    assert specular["eta"].shape == (1,)
+    assert specular["alpha"].shape == (COUNT,)
