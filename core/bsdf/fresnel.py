@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..limits import at_least, at_most
+from ..limits import at_least, within
 
 _LEAST_COSINE = 1e-7  # keeps total reflection total where the cosine vanishes
 
@@ -59,8 +59,7 @@ def interpolation(reflectance, eta, arena, out=None):
     f0 = f0_from_ior(eta)
     np.subtract(reflectance, f0, out=out)
     np.divide(out, 1.0 - f0, out=out)
-    at_least(out, 0.0, out)
-    return at_most(out, 1.0, out)
+    return within(out, 0.0, 1.0, out)
 
 
 def mix_to_white(f0, s, arena):
@@ -98,8 +97,7 @@ def f82_tint(cosine, f0, drop, arena):
             np.multiply(t, cosine, out=t)
             np.multiply(drop, t, out=loss)
             np.subtract(out, loss, out=out)
-        at_least(out, 0.0, out)
-        at_most(out, 1.0, out)
+        within(out, 0.0, 1.0, out)
     return out
 
 

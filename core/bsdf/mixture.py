@@ -230,9 +230,7 @@ def _weigh_by_all(entries, shares, surface, wi, arena, weight, pdf):
             _sum_lobes(entries, shares, surface, wi, arena, weight, pdf)
             density = at_least(pdf, _TINY, arena.empty(pdf.shape))
             np.divide(weight, density, out=weight)
-            if (
-                sampled is not None
-            ):  # where not, f = 0 on one normal; on turned ones another lobe may reflect from there
+            if sampled is not None:  # on one normal f = 0 elsewhere; on turned ones another lobe may reflect from there
                 np.multiply(weight, sampled, out=weight)
         return
     with arena.frame():
@@ -252,23 +250,21 @@ def _sum_lobes(entries, shares, surface, wi, arena, f, pdf):
     side = None  # of the geometric normal on which `wi` is: the same for all lobes
     if surface.ns is not surface.ng or any(n is not None for _, _, _, n in entries):
         side = dot(wi, surface.ng, arena)
-    some = False
-    for share, entry in zip(shares, entries, strict=True):
-        if Lobe.DELTA in entry[0].flags:
-            continue
-        with arena.frame():
-            value, density = _eval_lobe(entry, surface, wi, arena, side)
-            if some:
-                coloured = np.multiply(entry[1], value, out=arena.empty(f.shape))
-                np.add(f, coloured, out=f)
-                np.add(pdf, np.multiply(density, share, out=coloured[0]), out=pdf)
-            else:
-                np.multiply(entry[1], value, out=f)
-                np.multiply(density, share, out=pdf)
-        some = True
-    if not some:
+    smooth = [k for k, entry in enumerate(entries) if Lobe.DELTA not in entry[0].flags]
+    if not smooth:
         f.fill(0)
         pdf.fill(0)
+    for k in smooth:
+        entry = entries[k]
+        with arena.frame():
+            value, density = _eval_lobe(entry, surface, wi, arena, side)
+            if k == smooth[0]:
+                np.multiply(entry[1], value, out=f)
+                np.multiply(density, shares[k], out=pdf)
+            else:
+                coloured = np.multiply(entry[1], value, out=arena.empty(f.shape))
+                np.add(f, coloured, out=f)
+                np.add(pdf, np.multiply(density, shares[k], out=coloured[0]), out=pdf)
 
 
 def _eval_lobe(entry, surface, wi, arena, side=None):
@@ -297,7 +293,7 @@ def _choice_probabilities(entries, surface, arena):
                 bright = lobe.albedo(params, surface.ns if n is None else n, surface.wo, arena)
             if np.ndim(bright) == 2:
                 color, bright = np.multiply(color, bright, out=arena.empty((3, share.size))), 1.0
-            np.multiply(_luminance(color), bright, out=share)
+            np.multiply(_luminance(color, arena), bright, out=share)
             np.abs(share, out=share)
         np.add(shares[0], shares[1], out=t)
         for share in shares[2:]:
@@ -307,9 +303,11 @@ def _choice_probabilities(entries, surface, arena):
     return shares
 
 
-def _luminance(color):
+def _luminance(color, arena):
     """Luminance (N,) or (1,) of a colour (3, N) or (3, 1); `einsum` takes ten times as long over one grey row."""
-    return color[0] if color.strides[0] == 0 else np.einsum("c,cn->n", _LUMINANCE, color)
+    if color.strides[0] == 0:
+        return color[0]
+    return np.einsum("c,cn->n", _LUMINANCE, color, out=arena.empty(color.shape[-1]))
 
 
 def _on_its_side(lobe, n, ng, wi, arena, untested=None, side=None):

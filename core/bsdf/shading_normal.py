@@ -25,7 +25,9 @@ def unit_normal(n, fallback, arena):
 
 
 def lifted_normal(n, ng, wo, arena):
-    """Unit normals (3, N) turned towards `ng` where a mirror would send the viewer's ray below the surface; else `n`.
+    """Unit normals (3, N) turned towards `ng` where a mirror would send the viewer's ray below the surface.
+
+    Where no lane is turned it is `n` itself.
 
     Notes
     -----

@@ -48,8 +48,8 @@ class Row:
 
     def __init__(self, values):
         self.varies = bool((values != values[..., :1]).any() or (values != values[:, :1]).any())
-        is_one = self.varies or bool((values == values[0]).all())
-        self._by_material = None if is_one else np.ascontiguousarray(values[:, 0, 0])
+        is_shared = bool((values == values[0]).all())
+        self._by_material = None if self.varies or is_shared else np.ascontiguousarray(values[:, 0, 0])
         self.constant = values[0, 0, :1].copy()
         self._lower = np.ascontiguousarray(values).reshape(-1)
         self._rise = np.diff(values, axis=-1, append=values[..., -1:]).reshape(-1)

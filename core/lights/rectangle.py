@@ -109,7 +109,9 @@ class Rectangles:
             frame, axes = rows_of(self.frame, rows, arena), rows_of(self._axes, rows, arena)
             offset = np.subtract(frame[0:3], o, out=arena.empty((3, n)))
             height, cosine = dot(frame[9:12], offset, arena), dot(frame[9:12], d, arena)
-            t = np.divide(height, np.copysign(np.maximum(np.abs(cosine), 1e-12), cosine), out=arena.empty(n))
+            t = np.abs(cosine, out=arena.empty(n))
+            np.copysign(at_least(t, 1e-12, t), cosine, out=t)
+            np.divide(height, t, out=t)
             hit = np.greater(t, 0.0, out=arena.empty(n, bool))
             if not self._both_sides:
                 hit &= cosine < 0.0

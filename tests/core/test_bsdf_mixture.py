@@ -131,6 +131,25 @@ def test_weight_is_f_over_pdf(entries, ns):
     assert (weight[:, s.pdf == 0] == 0).all()
 
 
+def test_mirrors_alone_are_evaluated_to_nothing():
+    """In memory that was written before, as a worker's is."""
+    entries, arena, seen = [MIRROR, MIRROR], Arena(), surface(50.0, 64)
+    with arena.frame():
+        arena.full((3, 256), 7.0)
+    f, pdf = Mixture([entry[0] for entry in entries]).eval_pdf(entries, seen, seen.wo, arena)
+    assert not f.any() and not pdf.any()
+
+
+def test_grey_is_chosen_as_often_as_if_it_were_a_colour():
+    grey = np.broadcast_to(np.linspace(0.1, 0.9, 64, dtype=np.float32), (3, 64))
+    mix, seen = Mixture([diffuse, glossy.Rough]), surface(50.0, 64)
+    shares = [
+        mix.shares([(diffuse, own, {}, None), (glossy.Rough, rgb(0.5, 0.2, 0.8), {}, None)], seen, Arena())
+        for own in (grey, np.array(grey))
+    ]
+    np.testing.assert_allclose(*shares, rtol=1e-6)
+
+
 def test_lobes_add_up():
     """The mean weight of a mixture is the sum over its lobes, delta lobes included."""
     entries = [MIRROR, VARNISH, BASE, SHEET, HOLE]
