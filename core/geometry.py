@@ -27,6 +27,9 @@ FACET_COLUMNS = 16
 # So many triangles are worked on at once: few enough to stay in the cache, enough for threads not to wait for Python.
 BLOCK = 1 << 15
 
+# Tables of so many rows, or fewer, are read by column, which then stays in the cache, others by row, at a line a hit.
+_FEW_ROWS = 1 << 16
+
 # Rows that must follow the index: Embree may read 16 bytes from each on.
 INDEX_PADDING = 2
 
@@ -197,6 +200,11 @@ class Geometry:
 def columns_of(vectors):
     """(N, 3) vectors as a (3, N) float32 array, C-contiguous."""
     return np.ascontiguousarray(np.asarray(vectors, np.float32).reshape(-1, 3).T)
+
+
+def in_reading_order(table):
+    """A table of triangles with its columns dense (Fortran's order) where it is short, as it is where it is not."""
+    return np.asfortranarray(table) if len(table) <= _FEW_ROWS else table
 
 
 def fill_facets(facets, vertices, index, arena):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .geometry import CORNERS, NORMAL, NORMAL_ROW, OFFSET, UNIT_ROUNDOFF
+from .geometry import CORNERS, NORMAL, NORMAL_ROW, OFFSET, UNIT_ROUNDOFF, in_reading_order
 from .limits import at_least
 from .vecmath import dot, normalize, with_sign
 
@@ -28,8 +28,9 @@ _STRAND_SLACK = 32 * UNIT_ROUNDOFF
 SHADOW_EPSILON = 1e-4
 SHORTEST = 1e-30  # no shadow ray is shorter: its direction is a quotient by the length
 
-# So many triangles are read from columns, which then stay in the cache; the rows of more cost a cache line a hit.
-_FEW_TRIANGLES = 4096
+# Columns of the corners in tables of UV coordinates and of shading normals.
+_UV = (slice(0, 2), slice(2, 4), slice(4, 6))
+_NORMALS = (slice(0, 3), slice(3, 6), slice(6, 9))
 
 
 class Interaction(NamedTuple):
@@ -55,15 +56,11 @@ def make_interact(geometry):
     """
     counts = geometry.triangle_count, geometry.sphere_count, geometry.segment_count, geometry.plane_count
     first = np.cumsum([0, *counts]).tolist()
-    on_triangles = _on_triangles_by_row
-    if geometry.triangle_count <= _FEW_TRIANGLES:
-        on_triangles = partial(_on_triangles, np.ascontiguousarray(geometry.facets.T))
-    functions = on_triangles, _on_spheres, _on_strands, _on_planes
-    kinds = [
-        (begin, end, partial(function, geometry))
-        for function, begin, end in zip(functions, first, first[1:], strict=False)
-        if end > begin
-    ]
+    facets, normals = in_reading_order(geometry.facets), in_reading_order(geometry.normals)
+    on_triangles = _on_triangles_by_row if facets.flags.c_contiguous else _on_triangles
+    functions = [partial(on_triangles, facets, normals)]
+    functions += [partial(function, geometry) for function in (_on_spheres, _on_strands, _on_planes)]
+    kinds = [kind for kind in zip(first, first[1:], functions, strict=False) if kind[1] > kind[0]]
     if len(kinds) == 1:
         return kinds[0][2]
     return partial(_on_several, kinds, len(geometry.normals) > 0)
@@ -119,8 +116,7 @@ def uv_at(geometry, name, prim, u, v, arena):
         out.fill(0)
         return out
     with arena.frame():
-        rows = _rows(table, prim, arena)
-        _interpolate([rows[:, 0:2], rows[:, 2:4], rows[:, 4:6]], u, v, out, arena)
+        _weigh(table, _UV, prim, u, v, out, arena)
         if geometry.count > len(table):
             beyond = np.greater_equal(prim, len(table), out=arena.empty(prim.size, bool))
             np.copyto(out, np.float32(0), where=beyond)
@@ -131,8 +127,7 @@ def interpolate_rows(table, corners, prim, u, v, arena):
     """Values (C, N) at hits on triangles, of a table whose `corners` are three slices of columns."""
     out = arena.empty((corners[0].stop - corners[0].start, prim.size))
     with arena.frame():
-        rows = _rows(table, prim, arena)
-        _interpolate([rows[:, k] for k in corners], u, v, out, arena)
+        _weigh(table, corners, prim, u, v, out, arena)
     return out
 
 
@@ -151,50 +146,39 @@ def corner_values_at(table, prim, u, v, arena):
 # -- one kind of primitive each ----------------------------------------------------------------------------------------
 
 
-def _on_triangles_by_row(geometry, hits, o, d, arena):
-    p, ng, offset, front = _results(hits.prim.size, arena)
-    ns = arena.empty(ng.shape) if len(geometry.normals) else ng
-    with arena.frame():
-        facets = _rows(geometry.facets, hits.prim, arena)
-        _interpolate([facets[:, k] for k in CORNERS], hits.u, hits.v, p, arena)
-        np.copyto(offset, facets[:, OFFSET])
-        np.copyto(ng, facets[:, NORMAL].T)  # dense from here on
-        side = _turn(ng, d, ng, front, arena)
-        if ns is not ng:
-            np.copyto(ns, ng)
-            _smooth(geometry.normals, facets.view(np.int32)[:, NORMAL_ROW], hits, side, ns, arena)
-    return Interaction(p, ng, ns, front, offset, hits.prim)
-
-
-def _on_triangles(columns, geometry, hits, o, d, arena):
-    """The same from `columns`, the facets' (16, T), one after the other."""
+def _on_triangles(facets, normals, hits, o, d, arena):
+    """Of tables in Fortran's order."""
     count = hits.prim.size
     p, ng, offset, front = _results(count, arena)
-    ns = arena.empty(ng.shape) if len(geometry.normals) else ng
+    ns = arena.empty(ng.shape) if len(normals) else ng
     with arena.frame():
         number = arena.empty(count, np.intp)
         np.copyto(number, hits.prim)  # numpy copies other indices at each call
-        weights, corners = arena.empty((3, count)), arena.empty((3, count))
-        np.copyto(weights[1], hits.u)
-        np.copyto(weights[2], hits.v)
-        np.subtract(1.0, hits.u, out=weights[0])
-        np.subtract(weights[0], hits.v, out=weights[0])
-        for i, out in enumerate(p):
-            for corner, values in zip(CORNERS, corners, strict=True):
-                _column(columns[corner.start + i], number, values)
-            dot(corners, weights, arena, out=out)
-        for i, out in enumerate(ng):
-            _column(columns[NORMAL.start + i], number, out)
-        _column(columns[OFFSET], number, offset)
+        _weigh_columns(facets, CORNERS, number, hits.u, hits.v, p, arena)
+        for column, out in zip(facets[:, NORMAL].T, ng, strict=True):
+            _column(column, number, out)
+        _column(facets[:, OFFSET], number, offset)
         side = _turn(ng, d, ng, front, arena)
         if ns is not ng:
             np.copyto(ns, ng)
-            _smooth(geometry.normals, arena.take(columns[NORMAL_ROW].view(np.int32), number), hits, side, ns, arena)
+            _smooth(normals, arena.take(facets[:, NORMAL_ROW].view(np.int32), number), hits, side, ns, arena)
     return Interaction(p, ng, ns, front, offset, hits.prim)
 
 
-def _column(values, index, out):
-    return values.take(index, out=out, mode="wrap")  # as fast as can be; nothing wraps
+def _on_triangles_by_row(facets, normals, hits, o, d, arena):
+    """The same of tables in C's order, of which each hit costs one cache line."""
+    p, ng, offset, front = _results(hits.prim.size, arena)
+    ns = arena.empty(ng.shape) if len(normals) else ng
+    with arena.frame():
+        rows = _rows(facets, hits.prim, arena)
+        _interpolate([rows[:, k] for k in CORNERS], hits.u, hits.v, p, arena)
+        np.copyto(offset, rows[:, OFFSET])
+        np.copyto(ng, rows[:, NORMAL].T)  # dense from here on
+        side = _turn(ng, d, ng, front, arena)
+        if ns is not ng:
+            np.copyto(ns, ng)
+            _smooth(normals, rows.view(np.int32)[:, NORMAL_ROW], hits, side, ns, arena)
+    return Interaction(p, ng, ns, front, offset, hits.prim)
 
 
 def _smooth(normals, row, hits, side, ns, arena):
@@ -211,8 +195,7 @@ def _smooth(normals, row, hits, side, ns, arena):
 
 
 def _shading_normal(normals, row, u, v, side, out, arena):
-    rows = _rows(normals, row, arena)
-    _interpolate([rows[:, 0:3], rows[:, 3:6], rows[:, 6:9]], u, v, out, arena)
+    _weigh(normals, _NORMALS, row, u, v, out, arena)
     normalize(out, arena, out=out)
     np.multiply(out, side, out=out)
 
@@ -307,6 +290,37 @@ def _on_several(kinds, smooth, hits, o, d, arena):
 
 def _results(count, arena):
     return arena.empty((3, count)), arena.empty((3, count)), arena.empty(count), arena.empty(count, bool)
+
+
+def _weigh(table, corners, index, u, v, out, arena):
+    """Write (1-u-v) a + u b + v c of the rows `index` of `table`, of whose columns a, b and c are the `corners`.
+
+    An index beyond the table stands for its last row.
+    """
+    if table.flags.c_contiguous:
+        rows = _rows(table, index, arena)
+        _interpolate([rows[:, k] for k in corners], u, v, out, arena)
+    else:
+        number = np.minimum(index, len(table) - 1, out=arena.empty(index.size, np.intp))
+        _weigh_columns(table, corners, number, u, v, out, arena)
+
+
+def _weigh_columns(table, corners, number, u, v, out, arena):
+    """The same of a table in Fortran's order."""
+    with arena.frame():
+        weights, values = arena.empty((3, number.size)), arena.empty((3, number.size))
+        np.copyto(weights[1], u)
+        np.copyto(weights[2], v)
+        np.subtract(1.0, u, out=weights[0])
+        np.subtract(weights[0], v, out=weights[0])
+        for i, row in enumerate(out):
+            for corner, value in zip(corners, values, strict=True):
+                _column(table[:, corner.start + i], number, value)
+            dot(values, weights, arena, out=row)
+
+
+def _column(values, index, out):
+    return values.take(index, out=out, mode="wrap")  # as fast as can be; nothing wraps
 
 
 def _rows(table, index, arena):

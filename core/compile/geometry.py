@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arena import uninitialised
 from ..diagnostics import SceneError
-from ..geometry import BLOCK, INDEX_PADDING, Geometry, columns_of
+from ..geometry import BLOCK, INDEX_PADDING, Geometry, columns_of, in_reading_order
 from ..scene import Material
 from .corners import corner_tables
 from .memory import check_memory
@@ -69,6 +69,7 @@ def compile_geometry(scene, uv_names=(), diagnostics=None, needs=None):
     if segments is not None or scene.spheres:
         uvs = {name: append_rows(table, ("uv", name), scene, good, segments) for name, table in uvs.items()}
         corner_values = {key: append_rows(t, key, scene, good, segments) for key, t in corner_values.items()}
+    uvs, corner_values = ({key: in_reading_order(t) for key, t in some.items()} for some in (uvs, corner_values))
     first = len(scene.objects) - len(scene.planes)
     flat_material, flat_objects = _owners(scene.planes, [1] * len(scene.planes), first, numbering)
     points, directions = _planes(scene.planes, origin)

@@ -108,13 +108,13 @@ class PathTrace(SeesFilm, Wavefront):
 
     def _start(self, chunk, worker):
         arena = worker.states[0]
-        keys, slots, o, d, tmax = self.camera_lanes(chunk, worker, arena)
-        paths = Paths(None, keys, slots, o, d, tmax, None)
+        arena.reset()
+        paths = Paths(None, *self.camera_lanes(chunk, worker, arena), None)
         if self._straight:
-            paths.beta = arena.full((3, keys.size), 1.0)
-            paths.passed = arena.zeros(keys.size)
+            paths.beta = arena.full(paths.d.shape, 1.0)
+            paths.passed = arena.zeros(paths.keys.size)
         if self._tells_rays:
-            paths.trail = new_trail(keys.size, arena)
+            paths.trail = new_trail(paths.keys.size, arena)
         return paths
 
     def _bounce(self, paths, depth, samples, radiance, worker):

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from zraka.core import interaction
+from zraka.core import geometry as tables
 from zraka.core.accel import Accel, Hits
 from zraka.core.arena import Arena
-from zraka.core.geometry import NORMAL, NORMAL_ROW, OFFSET, Geometry
-from zraka.core.interaction import make_interact, spawn, spawn_to
+from zraka.core.geometry import NORMAL, NORMAL_ROW, OFFSET, Geometry, in_reading_order
+from zraka.core.interaction import corner_values_at, make_interact, spawn, spawn_to, uv_at
 from zraka.core.vecmath import dot
 
 LANES = 2000
@@ -280,11 +280,33 @@ def test_few_and_many_triangles_give_the_same_bits(monkeypatch):
     for geometry in (flat, smooth):
         few = seen_from_outside(np.random.default_rng(9), geometry, arena)
         with monkeypatch.context() as patch:
-            patch.setattr(interaction, "_FEW_TRIANGLES", 0)
+            patch.setattr(tables, "_FEW_ROWS", 0)
             many = seen_from_outside(np.random.default_rng(9), geometry, arena)
         for one, other in zip(few, many, strict=True):
             np.testing.assert_array_equal(one, other)
         assert (few.ns is few.ng) == (geometry is flat)
+
+
+def test_tables_by_column_and_by_row_give_the_same_bits(monkeypatch):
+    """Of UV maps too, and of primitives beyond a table, which are none of its triangles."""
+    rng, arena = np.random.default_rng(10), Arena()
+    table, prim = np.float32(rng.normal(size=(5, 9))), np.arange(8, dtype=np.int32)
+    u, v = np.float32(rng.uniform(0, 0.5, size=(2, 8)))
+    geometry = Geometry.from_arrays(triangles=rng.normal(size=(5, 3, 3)), centers=np.eye(3), radii=np.ones(3))
+    by_column = in_reading_order(table)
+    assert not by_column.flags.c_contiguous
+    found = corner_values_at(by_column, prim, u, v, arena)
+    np.testing.assert_array_equal(found, corner_values_at(table, prim, u, v, arena))
+    weights = np.stack([1 - u - v, u, v])
+    np.testing.assert_allclose(found[:, :5], np.einsum("tjc,jt->ct", table.reshape(5, 3, 3), weights[:, :5]), rtol=1e-5)
+    assert not found[:, 5:].any()
+    maps = [replace(geometry, uvs={"": order(table[:, :6])}) for order in (in_reading_order, np.ascontiguousarray)]
+    one, other = (uv_at(g, "", prim, u, v, arena) for g in maps)
+    np.testing.assert_array_equal(one, other)
+    assert not one[:, 5:].any() and one[:, :5].all()
+    with monkeypatch.context() as patch:
+        patch.setattr(tables, "_FEW_ROWS", 4)
+        assert in_reading_order(table) is table
 
 
 def test_no_lanes():
