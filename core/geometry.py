@@ -232,11 +232,14 @@ def fill_facets(facets, vertices, index, arena):
     because Embree rounds in proportion to it: a ray that leaves beside an edge must pass the neighbouring triangle.
     """
     count = len(facets)
-    corners = np.take(vertices, index.reshape(-1), axis=0, out=arena.empty((3 * count, 4)), mode="clip")
-    facets[:, :12] = corners.reshape(-1, 12)
+    with arena.frame():
+        rows = arena.empty((count, 4), np.intp)
+        for k in range(4):
+            np.copyto(rows[:, k], index[:, min(k, 2)])  # a fourth point, where the normal will stand: one call for all
+        np.take(vertices, rows.reshape(-1), axis=0, out=facets.reshape(-1, 4), mode="clip")
     facets.view(np.int32)[:, NORMAL_ROW] = -1
     near = arena.empty((3, 3, count))
-    np.copyto(near, corners.reshape(-1, 3, 4)[..., :3].transpose(1, 2, 0))
+    np.copyto(near, facets[:, :12].reshape(-1, 3, 4)[..., :3].transpose(1, 2, 0))
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         normal, longest, good = _normals(near, arena)
         reach = np.abs(near, out=near).max(0)
@@ -244,8 +247,12 @@ def fill_facets(facets, vertices, index, arena):
         normal[:, ~good] = reach[:, ~good] = longest[~good] = 0
     for k in range(3):
         facets[:, NORMAL.start + k] = normal[k]
-    slack = np.multiply(np.abs(normal, out=normal), reach, out=reach)
-    facets[:, OFFSET] = _SLACK * (slack[0] + slack[1] + slack[2]) + _SIDE_SLACK * np.sqrt(longest)
+    slack, *others = np.multiply(np.abs(normal, out=normal), reach, out=reach)
+    for other in others:
+        np.add(slack, other, out=slack)
+    np.multiply(slack, _SLACK, out=slack)
+    np.multiply(np.sqrt(longest, out=longest), _SIDE_SLACK, out=longest)
+    np.add(slack, longest, out=facets[:, OFFSET], casting="same_kind")
     return good
 
 
@@ -257,12 +264,13 @@ def _normals(corners, arena):
     a, b, c = points = arena.empty(corners.shape, np.float64)
     np.copyto(points, corners)
     e, f = np.subtract(b, a, out=b), np.subtract(c, a, out=c)
-    n, side = arena.empty(e.shape, np.float64), np.subtract(f, e, out=a)
+    n, t, side = arena.empty(e.shape, np.float64), arena.empty(e.shape[1], np.float64), np.subtract(f, e, out=a)
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         np.multiply(e[i], f[j], out=n[k])
-        n[k] -= e[j] * f[i]
-    longest = np.maximum(np.maximum(_squared(e), _squared(f)), _squared(side))
+        n[k] -= np.multiply(e[j], f[i], out=t)
+    longest = np.maximum(_squared(e), _squared(f), out=f[0])
+    np.maximum(longest, _squared(side), out=longest)
     np.copyto(e, n)
     area = np.sqrt(_squared(e))
     good = np.isfinite(area) & (area > 2 * UNIT_ROUNDOFF * longest)

@@ -93,10 +93,19 @@ def _indexing(group, numbers, first, size, index):
 
 
 def _write_vertices(points, linear, move, out, arena):
-    world = np.matmul(points, linear.transpose(0, 2, 1), out=arena.empty((*out.shape[:2], 3), np.float64))
+    world = _turned(points, linear, arena)
     for k in range(3):
         np.add(world[..., k], move[:, k, None], out=out[..., k], casting="same_kind")
     out[..., 3] = 0
+
+
+def _turned(vectors, matrices, arena):
+    """Vectors (n, 3) as float64, multiplied by each of the matrices (I, 3, 3), which large meshes often do without."""
+    out = arena.empty((len(matrices), *vectors.shape), np.float64)
+    if (matrices == np.eye(3)).all():
+        np.copyto(out, vectors)
+        return out
+    return np.matmul(vectors, matrices.transpose(0, 2, 1), out=out)
 
 
 def _write_index(numbers, first, flipped, out, arena):
@@ -204,7 +213,7 @@ def _interpolated_before(group):
 
 def _write_normals(values, matrix, kept, out, arena):
     """Normals in the world; of unit length, but for those of the instances `kept`."""
-    world = np.matmul(values, matrix.transpose(0, 2, 1), out=arena.empty(out.shape, np.float64))
+    world = _turned(values, matrix, arena)
     x, y, z = (world[..., k] for k in range(3))
     length = np.sqrt(x * x + y * y + z * z)
     if kept.any():
