@@ -97,14 +97,13 @@ def _indices(mesh, what, values, limit):
         return np.zeros((0, 3), np.uint32)
     if values.ndim != 2 or values.shape[1] != 3 or values.dtype.kind not in "iu":
         raise SceneError(f"{what} of mesh '{mesh.name}' are {values.dtype} {values.shape}; make them integers (T, 3)")
-    # One pass over most arrays: below 0 is far above as an unsigned number.
-    unsigned = values.view(np.uint32) if values.dtype == np.int32 else values
-    if unsigned.max() >= (1 << 31 if limit is None else limit) or (unsigned is values and values.min() < 0):
+    least, most = int(values.min()), int(values.max())
+    if least < 0 or (limit is not None and most >= limit):
         raise SceneError(
-            f"{what} of mesh '{mesh.name}' reach from {values.min()} to {values.max()}; only 0 to "
+            f"{what} of mesh '{mesh.name}' reach from {least} to {most}; only 0 to "
             f"{'the last' if limit is None else limit - 1} exist"
         )
-    return unsigned.astype(np.uint32, copy=False)
+    return values.view(np.uint32) if values.dtype == np.int32 else values.astype(np.uint32, copy=False)
 
 
 def corner_index(group):
@@ -152,9 +151,8 @@ def _ends(points):
         return [points.min(0, initial=np.inf), points.max(0, initial=-np.inf)]
     # numpy is slow along the first of two axes, but for long rows.
     many = len(points) // _FEW * _FEW
-    rows = points[:many].reshape(-1, 3 * _FEW)
-    ends = (rows.min(0), points[many:]), (rows.max(0), points[many:])
-    return [f(np.concatenate([a.reshape(-1, 3), b]), axis=0) for f, (a, b) in zip((np.min, np.max), ends, strict=True)]
+    rows, rest = points[:many].reshape(-1, 3 * _FEW), points[many:]
+    return [f(np.concatenate([f(rows, axis=0).reshape(-1, 3), rest]), axis=0) for f in (np.min, np.max)]
 
 
 def share_of_most(points):

@@ -55,6 +55,28 @@ def test_triangles_are_placed_relative_to_the_middle():
     assert (g.facets[:, OFFSET] > 0).all()
 
 
+@pytest.mark.parametrize("count", [999, 1000, 2500])
+def test_the_middle_is_of_all_vertices_that_are_finite(count):
+    rng = np.random.default_rng(count)
+    for k in (0, 998, count - 1):
+        points = rng.uniform(-1, 1, (count, 3)).astype(np.float32)
+        points[k], points[count // 2] = (9, -9, 9), np.nan
+        others = np.concatenate([np.delete(points, (k, count // 2), axis=0), [(9, -9, 9)]]).astype(np.float64)
+        geometry = compiled(Instance(Mesh(points, np.arange(count // 3 * 3, dtype=np.int32).reshape(-1, 3))))
+        np.testing.assert_allclose(geometry.origin, (others.min(0) + others.max(0)) / 2, rtol=1e-6)
+
+
+def test_what_is_not_turned_is_as_if_it_were():
+    rng, arena, still = np.random.default_rng(3), Arena(), np.eye(3)
+    vectors = rng.normal(size=(50, 3)).astype(np.float32)
+    quarter = np.float64([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    for matrices in ([still], [still, still], [still, quarter], [2 * still]):
+        expected = np.einsum("ijk,nk->inj", matrices, vectors.astype(np.float64))
+        found = triangles._turned(vectors, np.array(matrices), arena)
+        assert found.dtype == np.float64
+        np.testing.assert_array_equal(found, expected)
+
+
 def test_far_scenes_keep_their_digits():
     far = transform(np.eye(3), (1e7, -1e7, 1e7 + 0.125))
     near, there = compiled(Instance(QUAD)), compiled(Instance(QUAD, far))
