@@ -108,7 +108,7 @@ class PathTrace(SeesFilm, Wavefront):
 
     def _start(self, chunk, worker):
         arena = worker.states[0]
-        arena.reset()
+        arena.reset()  # of an earlier wave only copies are left
         paths = Paths(None, *self.camera_lanes(chunk, worker, arena), None)
         if self._straight:
             paths.beta = arena.full(paths.d.shape, 1.0)

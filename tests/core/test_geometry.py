@@ -77,6 +77,14 @@ def test_what_is_not_turned_is_as_if_it_were():
         np.testing.assert_array_equal(found, expected)
 
 
+def test_a_facet_does_not_depend_on_the_corner_it_begins_with():
+    """The longest side, which bounds errors, may be any of the three."""
+    corners = np.float32([[0, 0, 1e-3], [1, 0, 0], [-1, 0.1, 0]])
+    facets = Geometry.from_arrays(triangles=[np.roll(corners, k, axis=0) for k in range(3)]).facets
+    np.testing.assert_allclose(facets[:, OFFSET], facets[0, OFFSET], rtol=1e-5)
+    np.testing.assert_allclose(facets[:, NORMAL], np.tile(facets[0, NORMAL], (3, 1)), atol=1e-6)
+
+
 def test_far_scenes_keep_their_digits():
     far = transform(np.eye(3), (1e7, -1e7, 1e7 + 0.125))
     near, there = compiled(Instance(QUAD)), compiled(Instance(QUAD, far))

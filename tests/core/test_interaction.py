@@ -10,7 +10,7 @@ from zraka.core import geometry as tables
 from zraka.core.accel import Accel, Hits
 from zraka.core.arena import Arena
 from zraka.core.geometry import NORMAL, NORMAL_ROW, OFFSET, Geometry, in_reading_order
-from zraka.core.interaction import corner_values_at, make_interact, spawn, spawn_to, uv_at
+from zraka.core.interaction import corner_values_at, interpolate_rows, make_interact, spawn, spawn_to, uv_at
 from zraka.core.vecmath import dot
 
 LANES = 2000
@@ -300,6 +300,9 @@ def test_tables_by_column_and_by_row_give_the_same_bits(monkeypatch):
     weights = np.stack([1 - u - v, u, v])
     np.testing.assert_allclose(found[:, :5], np.einsum("tjc,jt->ct", table.reshape(5, 3, 3), weights[:, :5]), rtol=1e-5)
     assert not found[:, 5:].any()
+    corners = [slice(0, 3), slice(3, 6), slice(6, 9)]
+    one, other = (interpolate_rows(t, corners, prim, u, v, arena) for t in (by_column, table))
+    np.testing.assert_array_equal(one, other)
     maps = [replace(geometry, uvs={"": order(table[:, :6])}) for order in (in_reading_order, np.ascontiguousarray)]
     one, other = (uv_at(g, "", prim, u, v, arena) for g in maps)
     np.testing.assert_array_equal(one, other)
