@@ -261,25 +261,24 @@ def _normals(corners, arena):
 
     float64 inside: sides of slim triangles cancel.
     """
-    a, b, c = points = arena.empty(corners.shape, np.float64)
-    np.copyto(points, corners)
-    e, f = np.subtract(b, a, out=b), np.subtract(c, a, out=c)
-    n, t, side = arena.empty(e.shape, np.float64), arena.empty(e.shape[1], np.float64), np.subtract(f, e, out=a)
+    a, b, c = corners
+    count = corners.shape[2]
+    e, f, n = (arena.empty((3, count), np.float64) for _ in range(3))
+    t, area = (arena.empty(count, np.float64) for _ in range(2))
+    for side, end in ((e, b), (f, c)):
+        np.subtract(end, a, out=side, dtype=np.float64)
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         np.multiply(e[i], f[j], out=n[k])
         n[k] -= np.multiply(e[j], f[i], out=t)
-    longest = np.maximum(_squared(e), _squared(f), out=f[0])
-    np.maximum(longest, _squared(side), out=longest)
-    np.copyto(e, n)
-    area = np.sqrt(_squared(e))
+    longest = _squared(e, t)
+    for side in (f, np.subtract(f, e, out=e)):
+        np.maximum(longest, _squared(side, area), out=longest)
+    np.sqrt(_squared(n, area), out=area)
     good = np.isfinite(area) & (area > 2 * UNIT_ROUNDOFF * longest)
     return np.multiply(n, 1 / area, out=arena.empty(n.shape), casting="same_kind"), longest, good
 
 
-def _squared(v):
-    """Squared lengths (n,) of vectors (3, n), which are overwritten."""
-    x, y, z = np.multiply(v, v, out=v)
-    x += y
-    x += z
-    return x
+def _squared(v, out):
+    """Squared lengths (n,) of vectors (3, n)."""
+    return np.einsum("kn,kn->n", v, v, out=out)

@@ -97,13 +97,16 @@ def _indices(mesh, what, values, limit):
         return np.zeros((0, 3), np.uint32)
     if values.ndim != 2 or values.shape[1] != 3 or values.dtype.kind not in "iu":
         raise SceneError(f"{what} of mesh '{mesh.name}' are {values.dtype} {values.shape}; make them integers (T, 3)")
-    least, most = int(values.min()), int(values.max())
-    if least < 0 or (limit is not None and most >= limit):
+    # Without its sign a negative number is a large one, so one look finds both.
+    numbers = values.view(np.uint32) if values.dtype == np.int32 else values
+    if numbers.dtype != np.uint32:
+        numbers = values.astype(np.uint64)
+    if int(numbers.max()) >= (1 << 31 if limit is None else limit):
         raise SceneError(
-            f"{what} of mesh '{mesh.name}' reach from {least} to {most}; only 0 to "
+            f"{what} of mesh '{mesh.name}' reach from {int(values.min())} to {int(values.max())}; only 0 to "
             f"{'the last' if limit is None else limit - 1} exist"
         )
-    return values.view(np.uint32) if values.dtype == np.int32 else values.astype(np.uint32, copy=False)
+    return numbers.astype(np.uint32, copy=False)
 
 
 def corner_index(group):

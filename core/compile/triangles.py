@@ -145,6 +145,7 @@ class _Normals:
             self._world[0] = np.nan
             for g in flat:
                 self._index[g.rows] = 0
+        self._all_usable = not flat
         self._table = uninitialised((count, 9))
         self._smooth = np.zeros(count, bool)
 
@@ -157,10 +158,15 @@ class _Normals:
             world = self._world[group.first_vertex if self._by_vertex else first :][: count * size]
             world = world.reshape(count, size, 3)
             for some, part in _blocks(count, size):
-                yield partial(_write_normals, values[part], matrix[some], kept[some], world[some, part])
+                yield partial(self._write_world, values[part], matrix[some], kept[some], world[some, part])
             if not self._by_vertex:
                 yield from _indexing(group, numbers, first, size, self._index)
             first += count * size
+
+    def _write_world(self, values, matrix, kept, out, arena):
+        _write_normals(values, matrix, kept, out, arena)
+        if not np.isfinite(out.sum()):
+            self._all_usable = False
 
     def write(self, rows, facets, arena):
         """Look up the normals of the triangles `rows`, whose `facets` are finished."""
@@ -168,7 +174,7 @@ class _Normals:
             return
         index, table, smooth = self._index[rows], self._table[rows], self._smooth[rows]
         np.take(self._world, index.reshape(-1), axis=0, out=table.reshape(-1, 3), mode="clip")
-        if not np.isfinite(table.sum()):
+        if not self._all_usable:
             _replace_unusable(table, facets)
         _differs(table, facets, smooth, arena)
         np.copyto(facets.view(np.int32)[:, NORMAL_ROW], np.arange(rows.start, rows.stop, dtype=np.int32), where=smooth)
@@ -232,13 +238,11 @@ def _replace_unusable(table, facets):
 
 def _differs(table, facets, out, arena):
     """Whether a coordinate of the corners' normals (n, 9) is not the face's, (n,) bool."""
-    far, found = arena.empty(len(table)), arena.empty(len(table), bool)
-    out[:] = False
-    for k in range(9):
-        np.subtract(table[:, k], facets[:, NORMAL.start + k % 3], out=far)
-        out |= np.greater(np.abs(far, out=far), _FLAT, out=found)
-        if out.all():  # most are found by the first coordinates
-            break
+    far = np.subtract(table[:, 0], facets[:, NORMAL.start], out=arena.empty(len(table)))
+    np.greater(np.abs(far, out=far), _FLAT, out=out)
+    alike = np.flatnonzero(~out)  # few, mostly
+    corners, normals = np.take(table, alike, axis=0).reshape(-1, 3, 3), np.take(facets, alike, axis=0)[:, None, NORMAL]
+    out[alike] = (np.abs(corners - normals) > _FLAT).any((1, 2))
 
 
 # -- blocks ------------------------------------------------------------------------------------------------------------

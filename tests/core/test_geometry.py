@@ -257,6 +257,11 @@ def test_transform_that_is_not_finite_drops_its_object():
     [
         ({"triangles": np.int32([[0, 1, 4]])}, "triangles of mesh 'm' reach from 0 to 4; only 0 to 3 exist"),
         ({"triangles": np.int32([[0, -1, 2]])}, "triangles of mesh 'm' reach from -1"),
+        ({"triangles": np.int8([[0, -1, 2]])}, "triangles of mesh 'm' reach from -1"),
+        ({"triangles": np.int64([[0, 1 << 32, 2]])}, "triangles of mesh 'm' reach from 0 to 4294967296"),
+        ({"triangles": np.uint32([[0, 1, 4]])}, "triangles of mesh 'm' reach from 0 to 4"),
+        ({"corners": np.int64([[0, 1, 2], [0, 1, -3]])}, "corners of mesh 'm' reach from -3"),
+        ({"vertices": np.zeros((0, 3))}, "triangles of mesh 'm' reach from 0 to 3; only 0 to -1 exist"),
         ({"triangles": np.float32([[0, 1, 2]])}, "make them integers"),
         ({"triangles": np.int32([[0, 1]])}, "make them integers"),
         ({"vertices": np.zeros((4, 2))}, "vertices of mesh 'm' have shape"),
