@@ -138,8 +138,12 @@ def _full_size(result):
 
 def _threads(result):
     found = result["studies"]["threads"]
-    rows = [[NAMES[side], *times["seconds"].values(), times["gain"]] for side, times in found.items()]
-    return "## Threads, `cornell` at full size\n\n" + table(["engine", "1 thread s", "2 threads s", "gain"], rows)
+    rows = [
+        [NAMES[side], *times["seconds"].values(), times["gain"], times["gain_after_another"]]
+        for side, times in found.items()
+    ]
+    head = ["engine", "1 thread s", "2 threads s", "gain", "gain, each after a render of another kind"]
+    return "## Threads, `cornell` at full size\n\n" + table(head, rows)
 
 
 def _samples(result):

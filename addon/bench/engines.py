@@ -243,13 +243,16 @@ class Bench:
         seen.compiled = seen.film = None  # they may be large, and runs are kept
         return Run(picture, seconds, seen, estimate)
 
-    def alternate(self, scene, cases, runs, warm=True):
+    def alternate(self, scene, cases, runs, warm=True, in_a_row=1):
         """Render the cases by turns, each once untimed if `warm` and then `runs` times; every other turn backwards.
 
         Parameters
         ----------
         cases : dict
             Key → keyword arguments of `run`.
+        in_a_row : int
+            Renders of a case in each turn. The first finds the memory and the caches that another case left, and
+            memory that a virtual machine has given back meanwhile; the others find their own.
 
         Returns
         -------
@@ -259,9 +262,9 @@ class Bench:
         order, found = list(cases), {key: [] for key in cases}
         for turn in range(0 if warm else 1, runs + 1):
             for key in order if turn % 2 else reversed(order):
-                done = self.run(scene, **cases[key])
+                done = [self.run(scene, **cases[key]) for _ in range(in_a_row if turn else 1)]
                 if turn:
-                    found[key].append(done)
+                    found[key] += done
         return found
 
 

@@ -27,15 +27,25 @@ def full_size(bench, plan, folder):
 
 
 def threads(bench, plan, folder):
-    """One thread and two, both engines, `cornell`: seconds, and how many times faster two are."""
+    """One thread and two, both engines, `cornell`: seconds, and how many times faster two are.
+
+    Of renders that follow one of their own kind, and of those that follow another.
+    """
     scene = open_blend(scenes.find("cornell", folder), plan.large)
     cases = {(side, n): {"side": side, "samples": SAMPLES, "threads": n} for n in (1, 2) for side in bench.sides}
-    runs = bench.alternate(scene, cases, plan.runs)
+    runs = bench.alternate(scene, cases, plan.runs, in_a_row=2)
     found = {}
     for side in bench.sides:
-        one, two = (median(runs[side, n]) for n in (1, 2))
-        found[side] = {"seconds": {"1": one, "2": two}, "gain": one / two}
+        first, again = (_gain(runs[side, 1][place::2], runs[side, 2][place::2]) for place in (0, 1))
+        one, two, gain = again
+        found[side] = {"seconds": {"1": one, "2": two}, "gain": gain, "gain_after_another": first[-1]}
     return found
+
+
+def _gain(one, two):
+    """Median seconds of runs on one thread and on two, and their ratio."""
+    one, two = median(one), median(two)
+    return one, two, one / two
 
 
 STUDIES = {"full_size": full_size, "threads": threads}
