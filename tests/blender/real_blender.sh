@@ -43,7 +43,9 @@ setup() {
     [ -n "$mirror" ] || fail "apt knows no mirror of $codename"
     echo "real_blender: setting up $suite in $tree (some minutes, once)" >&2
     rm -rf "$tree" "$tree.new"
+    # A mirror may be older than the week for which its lists call themselves valid.
     mmdebstrap --quiet --mode=root --format=directory --variant=apt --include="$packages" \
+        --aptopt='Acquire::Check-Valid-Until "false"' \
         --aptopt='Acquire::Retries "3"' --aptopt='Acquire::Languages "none"' --aptopt='Apt::Install-Recommends "false"' \
         --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-exclude=/usr/share/man/*' \
         --dpkgopt='path-exclude=/usr/share/locale/*' --dpkgopt='force-unsafe-io' \
